@@ -18,7 +18,7 @@ import footfall
 from footfall.core.frames import apply
 from footfall.maps.layers import MapSettings
 from footfall.planning.step.problem import Status, StepSettings
-from footfall.planning.walk.problem import WalkGoal, WalkResult, WalkSettings, foot_moves_told
+from footfall.planning.walk.problem import WalkGoal, WalkResult, WalkSettings, foot_moves_in_words
 from footfall.robot.kinematics import wheel_centers
 from footfall.robot.model import Robot
 from footfall.sequence.commands import Command, Sequence
@@ -85,7 +85,7 @@ def rock_walk(session: LiveSession) -> None:
         sys.exit(f"{session.name}: {found.status}, {found.reason}")
     sequence = session.walks.command(walk, 0, found.plan.foot_moves + 1)
     session.sequences.export(sequence, "csv")
-    session.add_note(f"{foot_moves_told(found.plan)}, and the chassis is a metre farther.")
+    session.add_note(f"{foot_moves_in_words(found.plan)}, and the chassis is a metre farther.")
 
 
 def fractal_step(session: LiveSession) -> None:

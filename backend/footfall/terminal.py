@@ -129,7 +129,7 @@ def show_terrain(dem: Dem, as_json: bool, written: Path | None = None) -> None:
 def show_plan(result: PlanResult, done: ExecutionResult | None, as_json: bool) -> None:
     """The answer to a request for a step, with its checks; done: how it is commanded, None: as it was planned."""
     if as_json:
-        show({**fields_of(result), "digest": result.digest, "commands": commands_told(result, done)})
+        show({**fields_of(result), "digest": result.digest, "commands": commands_made(result, done)})
         return
     typer.echo(f"{result.status.value}: {result.reason}" if result.reason else result.status.value)
     show_checks(result.checks)
@@ -147,7 +147,7 @@ def show_plan(result: PlanResult, done: ExecutionResult | None, as_json: bool) -
         show_checks(done.checks)
 
 
-def commands_told(
+def commands_made(
     result: PlanResult | WalkResult, done: ExecutionResult | WalkExecutionResult | None
 ) -> dict[str, Any]:
     """How a step or a walk is commanded; done: None: as it was planned."""

@@ -22,7 +22,7 @@ from footfall.planning.walk.problem import (
     WalkPlan,
     WalkResult,
     WalkSettings,
-    foot_moves_told,
+    foot_moves_in_words,
 )
 from footfall.planning.walk.smoothing import Smoothed, Smoothing
 from footfall.planning.walk_execution.problem import WalkExecutionResult
@@ -159,7 +159,7 @@ def _show(result: WalkResult, done: WalkExecutionResult | None, seconds: float, 
         figures = None if result.plan is None else _figures(result.plan)
         partial = None if result.partial is None else _figures(result.partial)
         told = {"digest": result.digest, "figures": figures, "partial_figures": partial, "seconds": seconds}
-        commands = terminal.commands_told(result, done)
+        commands = terminal.commands_made(result, done)
         terminal.show({**fields_of(result), **told, "commands": commands})
         return
     typer.echo(f"{result.status.value}: {result.reason}" if result.reason else result.status.value)
@@ -196,7 +196,7 @@ def _figures(plan: WalkPlan) -> dict[str, Any]:
 def _in_words(plan: WalkPlan) -> str:
     told = _figures(plan)
     return (
-        f"{foot_moves_told(plan)} ({told['steps']} steps), the chassis goes {told['chassis_way']:z.2f} m, "
+        f"{foot_moves_in_words(plan)} ({told['steps']} steps), the chassis goes {told['chassis_way']:z.2f} m, "
         f"least margin {told['least_margin']:z.3f} m, largest torque {told['largest_torque']:.0%} of its limit"
     )
 

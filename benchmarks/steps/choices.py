@@ -55,7 +55,7 @@ def in_order(problem: StepProblem, scene: Scene, goals: str) -> Planned:
     return Planned(outcome, _duration(scene, plan), situation_of(problem, scene).spare(_leg(plan)[-1]))
 
 
-def told_orders(rows: Sequence[Known], scenes: Sequence[Scene]) -> list[str]:
+def orders_table(rows: Sequence[Known], scenes: Sequence[Scene]) -> list[str]:
     """A table of medians over the problems that both orders solve, and what changes in single problems."""
     columns = {
         goals: _columns([in_order(row.problem, scene, goals) for row, scene in zip(rows, scenes, strict=True)])
@@ -90,7 +90,7 @@ def told_orders(rows: Sequence[Known], scenes: Sequence[Scene]) -> list[str]:
     return lines
 
 
-def told_race(rows: Sequence[Known], scenes: Sequence[Scene]) -> list[str]:
+def race_table(rows: Sequence[Known], scenes: Sequence[Scene]) -> list[str]:
     """What auto and a race solve and refuse, how soon, and who wins."""
     lines = [
         f"One after the other or in a race, {len(rows)} problems:",
@@ -158,7 +158,7 @@ def main() -> None:
     rows = chosen(parser.parse_args().per_family)
     scenes = [build(row.problem) for row in rows]
     can = [(row, scene) for row, scene in zip(rows, scenes, strict=True) if not row.unsolvable]
-    print("\n".join([*told_orders(*zip(*can, strict=True)), "", *told_race(rows, scenes)]))
+    print("\n".join([*orders_table(*zip(*can, strict=True)), "", *race_table(rows, scenes)]))
 
 
 if __name__ == "__main__":

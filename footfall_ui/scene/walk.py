@@ -8,7 +8,7 @@ import viser
 from numpy.typing import NDArray
 
 from footfall.planning.gait.problem import GaitPlan, GaitResult
-from footfall.planning.walk.problem import WalkPlan, WalkResult, foot_moves_told
+from footfall.planning.walk.problem import WalkPlan, WalkResult, foot_moves_in_words
 from footfall_ui.scene.drawn import Drawn
 from footfall_ui.scene.near import near
 
@@ -50,7 +50,7 @@ def end_text(result: WalkResult | GaitResult) -> str:
     plan = result.plan or result.partial
     if plan is None:
         return ""
-    told = foot_moves_told(plan) if isinstance(plan, WalkPlan) else f"{len(plan.groups)} steps of the gait"
+    told = foot_moves_in_words(plan) if isinstance(plan, WalkPlan) else f"{len(plan.groups)} steps of the gait"
     if result.plan is None:
         return f"✕ it comes this far: {told}"
     return f"walk: {told}" if isinstance(plan, WalkPlan) else told

@@ -10,7 +10,7 @@ from hypothesis import strategies as st
 
 from footfall.planning.stance.stand import stand
 from footfall.planning.step.ground import Contact, footfall_contact
-from footfall.planning.step.nearest_place import FARTHEST, nearest_place, place_told
+from footfall.planning.step.nearest_place import FARTHEST, nearest_place, place_in_words
 from footfall.planning.step.plan import plan_step
 from footfall.planning.step.problem import NearestPlace, Status
 from footfall.robot.ik import contact_point
@@ -89,7 +89,7 @@ def test_there_may_be_none(athlete):
 )
 def test_it_is_told_with_distance_direction_and_place(dx, dy, wind):
     away = 0.02 * math.hypot(dx, dy)
-    told = place_told(1.0, 2.0, NearestPlace(1.0 + 0.02 * dx, 2.0 + 0.02 * dy, away, "maps"))
+    told = place_in_words(1.0, 2.0, NearestPlace(1.0 + 0.02 * dx, 2.0 + 0.02 * dy, away, "maps"))
     assert f"{away:.3f} m to the {wind}, at ({1 + 0.02 * dx:.3f}, {2 + 0.02 * dy:.3f})" in told
     assert "green in the maps" in told
 
@@ -103,7 +103,7 @@ def test_a_plan_that_one_unknown_cell_refuses_names_a_place_that_can_be_planned(
     refused = plan_step(athlete, dem, state, LEG, target, instead=())
     assert refused.status is Status.UNKNOWN_GROUND
     assert refused.instead is not None
-    assert place_told(*target, refused.instead) in refused.reason
+    assert place_in_words(*target, refused.instead) in refused.reason
     assert refused.instead.away < 3 * RESOLUTION
     again = plan_step(athlete, dem, state, LEG, (refused.instead.x, refused.instead.y), instead=())
     assert again.status is Status.FOUND, again.reason

@@ -17,7 +17,7 @@ from footfall.core.grid import GridGeometry
 from footfall.planning.step import watch
 from footfall.planning.step.problem import Status, StepSettings
 from footfall.planning.walk.plan import plan_walk
-from footfall.planning.walk.problem import BODY, MOST_ATTEMPTS, Place, WalkGoal, WalkSettings, foot_moves_told
+from footfall.planning.walk.problem import BODY, MOST_ATTEMPTS, Place, WalkGoal, WalkSettings, foot_moves_in_words
 from footfall.planning.walk.recheck.settings import RecheckSettings
 from footfall.planning.walk.recheck.walk import recheck_walk
 from footfall.planning.walk.search import FIRST_TRIED, TRIED_A_METRE
@@ -258,7 +258,7 @@ def test_a_limit_on_the_way_gives_a_partial_walk_that_is_good_but_for_the_goal(a
     partial = refused(result, Status.TIME_LIMIT, "16 s passed")
     assert partial.foot_moves > 0
     away, _ = off(partial, GOAL)
-    assert f"comes within {away:.2f} m with {foot_moves_told(partial)}" in result.reason
+    assert f"comes within {away:.2f} m with {foot_moves_in_words(partial)}" in result.reason
     assert GOAL.within < away < 1.2
     assert failed(athlete, ground, partial, start) == {"goal"}
 

@@ -121,12 +121,12 @@ def test_the_order_of_the_pairs_does_not_matter(athlete, told, matched):
 def test_more_ground_is_known_and_still_nothing_of_the_legs(athlete, snapshot, true_state):
     said = []
     fitted = build_terrain(athlete, snapshot, progress=lambda share, text: said.append(text))
-    as_told = build_terrain(athlete, snapshot, TerrainSettings(fit_legs=False))
+    as_encoded = build_terrain(athlete, snapshot, TerrainSettings(fit_legs=False))
     assert any("legs found in the images" in text for text in said)
     wheels = frames.apply(true_state.T_site_base, wheel_centers(athlete, true_state.posture))
     x, y = np.meshgrid(fitted.geometry.xs, fitted.geometry.ys)
     around = np.any([np.hypot(x - w[0], y - w[1]) < 0.6 for w in wheels], axis=0)
-    assert np.isfinite(fitted.heights[around]).sum() > 1.1 * np.isfinite(as_told.heights[around]).sum()
+    assert np.isfinite(fitted.heights[around]).sum() > 1.1 * np.isfinite(as_encoded.heights[around]).sum()
     assert np.nanmax(fitted.heights[around]) < 0.05
 
 

@@ -110,7 +110,7 @@ def _require_beside(path: Path, ending: str) -> bool:
     if ending != ".asc":
         terrain_sidecars.require_read(path)
         return False
-    terrain_sidecars.require_told_once(path)
+    terrain_sidecars.require_stated_once(path)
     terrain_sidecars.require_heeded(path)
     if (place := terrain_sidecars.place_beside(path)) is not None:
         raise InvalidTerrain(

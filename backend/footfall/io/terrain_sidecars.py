@@ -82,7 +82,7 @@ def place_beside(path: Path) -> Path | None:
     return next(iter(_of_kind(path, _PLACES)), None)
 
 
-def require_told_once(path: Path) -> None:
+def require_stated_once(path: Path) -> None:
     """Raise InvalidTerrain where an auxiliary file says what an ASCII grid states itself, which GDAL goes by."""
     for one in _auxiliary(path):
         for word, (what, how) in _ASC_STATES.items():

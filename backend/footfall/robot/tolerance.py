@@ -46,7 +46,7 @@ def state_inside(robot: "Robot", state: _S) -> _S:
     return state if np.array_equal(posture, state.posture) else replace(state, posture=posture)
 
 
-def outside_told(robot: "Robot", posture: NDArray[np.float64]) -> str:
+def outside_in_words(robot: "Robot", posture: NDArray[np.float64]) -> str:
     """The joint of a posture (legs × 6,) that is farthest outside its limits, by how much and the way back; else ""."""
     worst = farthest_past(robot, posture)
     if not worst.excess > 0:
@@ -61,7 +61,7 @@ def outside_told(robot: "Robot", posture: NDArray[np.float64]) -> str:
     )
 
 
-def within_told(robot: "Robot", joint: int, q: float) -> str:
+def within_in_words(robot: "Robot", joint: int, q: float) -> str:
     """An angle beside the limits of its joint, with as many decimals as tell it from the one it is past."""
     lower, upper = float(robot.lower[joint]), float(robot.upper[joint])
     past = upper if q > upper else lower if q < lower else None

@@ -43,7 +43,7 @@ from footfall.core.errors import InvalidSequence
 from footfall.core.frames import require_transform
 from footfall.robot.limits import room_to_limits
 from footfall.robot.model import Robot
-from footfall.robot.tolerance import within_told
+from footfall.robot.tolerance import within_in_words
 from footfall.sequence.commands import LEG_JOINTS, Command, RuleResult
 from footfall.sequence.motion import check_motion
 from footfall.sequence.passage import passages
@@ -139,7 +139,7 @@ def _row_rules(robot: Robot, row: int, command: Command, before: Array) -> Itera
         yield result(
             "joint-limits",
             spare[worst] >= 0,
-            f"{name} at {within_told(robot, own.start + worst, float(joints[worst]))}",
+            f"{name} at {within_in_words(robot, own.start + worst, float(joints[worst]))}",
             spare[worst],
             "rad",
         )

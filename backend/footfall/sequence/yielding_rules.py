@@ -39,7 +39,7 @@ from footfall.planning.step.ground import Refused
 from footfall.robot.description import link_name
 from footfall.robot.limits import room_to_limits
 from footfall.robot.model import Robot
-from footfall.robot.tolerance import inside, within_told
+from footfall.robot.tolerance import inside, within_in_words
 from footfall.sequence.commands import Command, RuleResult
 from footfall.sequence.predict import target
 from footfall.sequence.sampled import DRAG
@@ -122,7 +122,9 @@ def _limits(robot: Robot, row: int, going: YieldingRow) -> RuleResult:
     spare = room_to_limits(robot, postures)
     at, joint = np.unravel_index(int(np.argmin(spare)), spare.shape)
     least = float(spare[at, joint])
-    text = f"{robot.joint_names[joint]} is predicted at {within_told(robot, int(joint), float(postures[at, joint]))}"
+    text = (
+        f"{robot.joint_names[joint]} is predicted at {within_in_words(robot, int(joint), float(postures[at, joint]))}"
+    )
     return RuleResult("predicted-limits", row, least >= 0, least, "rad", text)
 
 

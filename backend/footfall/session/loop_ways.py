@@ -114,7 +114,7 @@ class WaysOn:
         return walk, found
 
     @property
-    def latest_told(self) -> dict[str, Any] | None:
+    def latest_answer(self) -> dict[str, Any] | None:
         """As :attr:`latest`, plain JSON."""
         return None if self.latest is None else self.latest.as_dict
 

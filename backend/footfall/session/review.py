@@ -15,7 +15,7 @@ from footfall.session.log.fold import SessionState
 from footfall.session.products.compared import UpToDate
 from footfall.session.products.kinds import KINDS, PLAN, SEQUENCE, WALK
 from footfall.session.products.sequences import Sequences
-from footfall.session.products.up_to_date import SENT, difference, near_told
+from footfall.session.products.up_to_date import SENT, difference, near_enough_in_words
 from footfall.session.rover.linked import LinkedRover
 
 
@@ -52,7 +52,7 @@ class Review:
         what = found.beyond(*SENT)
         doubt = f": {place.doubt}" if place.doubt else ""
         reason = {
-            "": near_told(found),
+            "": near_enough_in_words(found),
             "chassis": f"the chassis has moved by {found.moved:z.3f} m since the plan was made{doubt}",
             "joint": f"{found.joint} is {found.turned:+z.4f} rad from where the plan starts",
         }[what]

@@ -61,7 +61,7 @@ def summary(session: SessionParts, loop: dict[str, Any] | None) -> SessionAnswer
         "to_command": session.review.to_command,
         "commands_of_another_plan": session.review.commands_of_another_plan,
         "played": session.review.played,
-        "walking": session.walks.walking_told(),
+        "walking": session.walks.walking_answer(),
         "can_undo": bool(state.sequence_history),
         "can_redo": bool(state.sequence_ahead),
         "exports": [fields_of(one) for one in state.exports],
@@ -102,8 +102,8 @@ def _ends(session: SessionParts) -> EndsAnswer:
     """What it would be gone on from, and what it is planned from the end of; None: nothing."""
     go_on, after = session.plans.planned_end(), _after(session)
     return {
-        "go_on": None if go_on is None else session.plans.end_told(go_on),
-        "after": None if after is None else session.plans.end_told(after),
+        "go_on": None if go_on is None else session.plans.end_answer(go_on),
+        "after": None if after is None else session.plans.end_answer(after),
     }
 
 

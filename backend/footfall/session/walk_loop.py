@@ -84,7 +84,7 @@ class WalkLoop:
         so_far = {"part": self.part, "waits_for": self.waits_for, "foot_moves": self.foot_moves}
         limits = {"limits": fields_of(self._settings.way_on), "farthest": self._settings.farthest}
         ways = self._pieces.ways
-        chosen = {"choose_by": self._settings.choose_by, "planners": dict(ways.planners), "chosen": ways.latest_told}
+        chosen = {"choose_by": self._settings.choose_by, "planners": dict(ways.planners), "chosen": ways.latest_answer}
         return {"goal": goal, **told, **so_far, "decided": dict(self.decided), **limits, **chosen}
 
     def hold(self, who: Identity = LOCAL) -> None:

@@ -11,7 +11,7 @@ from footfall.core.errors import Conflict, InvalidInput, NotFound
 from footfall.planning.execution.settings import HELD, ExecutionSettings
 from footfall.planning.gait.problem import GaitSettings
 from footfall.planning.walk.excerpt import end_of, parts_count, start_of
-from footfall.planning.walk.problem import WalkGoal, WalkPlan, WalkResult, WalkSettings, foot_moves_told
+from footfall.planning.walk.problem import WalkGoal, WalkPlan, WalkResult, WalkSettings, foot_moves_in_words
 from footfall.planning.walk_execution.payload import with_load_of
 from footfall.sequence.commands import Sequence
 from footfall.sequence.foot_moves import Rows, foot_moves
@@ -93,14 +93,14 @@ class Walks:
         over = self._carried_out(digest)
         done = 0 if not over else max(over) + 1
         if done >= of:
-            return Walking(digest, of, done, None, None, "", f"all {foot_moves_told(plan)} done: the walk is over")
+            return Walking(digest, of, done, None, None, "", f"all {foot_moves_in_words(plan)} done: the walk is over")
         leg = plan.legs[done] if done < plan.foot_moves else None
         against = self._against(plan, done)
         began = "nothing of it was carried out yet" if not done else f"{name_of(plan, done - 1)} done"
         text = f"{began}; next: {name_of(plan, done)}"
         return Walking(digest, of, done, done, leg, against, text, self._commanded(digest, done))
 
-    def walking_told(self) -> WalkingAnswer | None:
+    def walking_answer(self) -> WalkingAnswer | None:
         """As :meth:`walking`, plain JSON."""
         now = self.walking()
         if now is None:

@@ -34,7 +34,7 @@ def command_foot_moves(live: OneSession, digest: Digest, order: FootMovesOrder, 
 @router.get("/sessions/{session}/walking")
 def read_walking(live: OneSession) -> WalkingAnswer | None:
     """How far the latest walk is, and what is next; null without a walk that was found."""
-    return live.walks.walking_told()
+    return live.walks.walking_answer()
 
 
 @router.post("/sessions/{session}/walks/{digest}/again", status_code=202)

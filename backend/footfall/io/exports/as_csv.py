@@ -26,7 +26,7 @@ def harmless(text: str) -> str:
     return f"'{text}" if _FORMULA.match(text) else text
 
 
-def as_told(cell: str) -> str:
+def as_written(cell: str) -> str:
     """Inverse of :func:`harmless`."""
     return cell[1:] if cell.startswith("'") and _FORMULA.match(cell) else cell
 

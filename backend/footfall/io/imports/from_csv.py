@@ -6,7 +6,7 @@ from collections.abc import Collection
 from itertools import groupby
 
 from footfall.core.errors import InvalidSequence
-from footfall.io.exports.as_csv import ANGLES, COLUMNS, EVERY_COLUMN, as_told
+from footfall.io.exports.as_csv import ANGLES, COLUMNS, EVERY_COLUMN, as_written
 from footfall.io.imports.parsed import ParsedSequence, command, decimal, text_of
 from footfall.sequence.commands import Command
 from footfall.telemetry.command_kinds import DURATION, FORCE, kind_named
@@ -23,7 +23,7 @@ def decode(data: bytes) -> ParsedSequence:
         if group[0]["row"] != str(row):
             raise InvalidSequence(f"row {row} says {group[0]['row']!r}: lines are missing or out of order")
     commands = (_command(f"row {row}", group) for row, group in enumerate(groups, first))
-    return ParsedSequence(as_told(lines[0]["robot"]), tuple(commands))
+    return ParsedSequence(as_written(lines[0]["robot"]), tuple(commands))
 
 
 def lines_of(data: bytes, headers: Collection[tuple[str, ...]], allowed: str) -> list[Line]:
@@ -76,4 +76,4 @@ def _command(where: str, lines: list[Line]) -> Command:
     arguments.append(decimal(first[DURATION.column], f"{where}, {DURATION.column}"))
     if force:
         arguments.append(decimal(force, f"{where}, {FORCE.column}"))
-    return command(name, arguments, as_told(first["phase"]), where)
+    return command(name, arguments, as_written(first["phase"]), where)

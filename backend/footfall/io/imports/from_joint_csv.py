@@ -6,7 +6,7 @@ It doesn't say what the commands start from, nor which joints are of which leg: 
 import numpy as np
 
 from footfall.core.errors import InvalidSequence
-from footfall.io.exports.as_csv import as_told
+from footfall.io.exports.as_csv import as_written
 from footfall.io.exports.as_joint_csv import FIRST, columns
 from footfall.io.imports.from_csv import Line, lines_of
 from footfall.io.imports.parsed import ParsedSequence, command, decimal
@@ -22,13 +22,13 @@ def decode(data: bytes, layout: JointLayout) -> ParsedSequence:
         if line["row"] != str(row):
             raise InvalidSequence(f"row {row} says {line['row']!r}: lines are missing or out of order")
     commands = tuple(_command(f"row {row}", line, layout) for row, line in enumerate(lines, 1))
-    return ParsedSequence(as_told(lines[0]["robot"]), commands, described=layout)
+    return ParsedSequence(as_written(lines[0]["robot"]), commands, described=layout)
 
 
 def _command(where: str, line: Line, layout: JointLayout) -> Command:
     kind, cells = kind_named(line["name"]), list(line.values())[len(FIRST) :]
     filled = [at for at, cell in enumerate(cells) if cell]
-    leg = as_told(line["leg"])
+    leg = as_written(line["leg"])
     if leg and leg not in layout.legs:
         raise InvalidSequence(f"{where}: there is no leg {leg!r}, only {', '.join(layout.legs)}")
     own = range(len(cells)) if kind.moves_all else range(0)
@@ -44,4 +44,4 @@ def _command(where: str, line: Line, layout: JointLayout) -> Command:
         names = layout.joint_names
         arguments.append([decimal(cells[at], f"{where}, {names[at]}") for at in filled])
     arguments.append(decimal(line[DURATION.column], f"{where}, {DURATION.column}"))
-    return command(line["name"], arguments, as_told(line["phase"]), where)
+    return command(line["name"], arguments, as_written(line["phase"]), where)

@@ -148,7 +148,7 @@ class GaitPlan(CheckedMotion):
     provenance: Provenance
 
     def check(self) -> None:
-        self.require_all_told("a gait")
+        self.require_complete("a gait")
         if len(self.stances) != len(self.groups) + 1:
             raise InvalidInput("a gait of m foot moves has m + 1 stances")
 

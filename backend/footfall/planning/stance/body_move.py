@@ -22,7 +22,7 @@ from footfall.planning.step.problem import Check, Status
 from footfall.planning.step.watch import OutOfTime, Watch
 from footfall.robot.kinematics import wheel_centers
 from footfall.robot.model import Robot
-from footfall.robot.tolerance import outside_told, state_inside
+from footfall.robot.tolerance import outside_in_words, state_inside
 from footfall.telemetry.state import RobotState
 from footfall.terrain.dem import Dem
 
@@ -121,7 +121,7 @@ def stance_of(robot: Robot, dem: Dem, state: RobotState, clearance: float, reach
     """The rover as it stands, or why it can't stand so. reach_out: ground seen so far beyond feet and chassis [m]."""
     state = state_inside(robot, state)
     q = np.asarray(state.posture)
-    outside = outside_told(robot, q)
+    outside = outside_in_words(robot, q)
     if outside:
         return _no_start(outside)
     down = standing(robot, dem, q, state.T_site_base, robot.legs)

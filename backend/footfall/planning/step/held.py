@@ -36,7 +36,7 @@ def worst_held(stance: Stance, feet: Contacts, friction: float, qs: Array) -> tu
     return at, torque_check(robot, stance.posture(qs[at]), state.T_site_base, others, feet.normals, balance)
 
 
-def margin_told(check: TorqueCheck) -> float:
+def spare_torque(check: TorqueCheck) -> float:
     """What is left of the torque limits as a share; NaN where no forces hold the rover: that has no size."""
     return 1.0 - check.ratio if check.feasible else float("nan")
 
@@ -52,7 +52,7 @@ def unheld_lift(stance: Stance, friction: float, up: Array) -> tuple[str, Check]
         at, held = worst_held(stance, feet, friction, up)
     when = f"{at / (len(up) - 1):.0%} of the way up " if at else ""
     what, advice = _unheld(stance, friction, up[at], held)
-    check = Check("torque", False, margin_told(held), "of the limit", f"{held.joint_name or NOTHING_HOLDS}, lift")
+    check = Check("torque", False, spare_torque(held), "of the limit", f"{held.joint_name or NOTHING_HOLDS}, lift")
     return f"leg {stance.leg} can't be lifted: {when}{what}; {advice}", check
 
 

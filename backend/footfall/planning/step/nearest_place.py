@@ -38,7 +38,7 @@ def nearest_place(robot: Robot, dem: Dem, x: float, y: float, green: Sequence[Pl
     return None
 
 
-def place_told(x: float, y: float, found: NearestPlace) -> str:
+def place_in_words(x: float, y: float, found: NearestPlace) -> str:
     """How far, which way and where the place is, for a sentence."""
     wind = _WINDS[round(math.atan2(found.y - y, found.x - x) / (math.pi / 4)) % 8]
     good = "green in the maps" if found.of == "maps" else "known ground"

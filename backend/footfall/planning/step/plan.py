@@ -20,7 +20,7 @@ from footfall.planning.step.footing import Stance
 from footfall.planning.step.goals import ADVICE, Goal, Goals
 from footfall.planning.step.ground import Contact, Refused, footfall_contact
 from footfall.planning.step.lift_off import NotLifted, lift_off
-from footfall.planning.step.nearest_place import Place, nearest_place, place_told
+from footfall.planning.step.nearest_place import Place, nearest_place, place_in_words
 from footfall.planning.step.planners import REGISTRY, Answer, Swing
 from footfall.planning.step.problem import (
     Check,
@@ -98,7 +98,7 @@ def plan_step(
         other = None
         if instead is not None and found.status is Status.UNKNOWN_GROUND:
             other = nearest_place(robot, dem, footfall.x, footfall.y, instead)
-        reason = found.reason if other is None else f"{found.reason}; {place_told(footfall.x, footfall.y, other)}"
+        reason = found.reason if other is None else f"{found.reason}; {place_in_words(footfall.x, footfall.y, other)}"
         told = (found.checks, footfall, provenance, found.decisions, points, other)
         return PlanResult(found.status, None, reason, *told)
     plan = StepPlan(

@@ -20,7 +20,7 @@ from footfall.robot.collision import TERRAIN, Collision, CollisionScene
 from footfall.robot.description import PARTS, link_name
 from footfall.robot.kinematics import center_of_mass, leg_wheel_pose
 from footfall.robot.model import Robot
-from footfall.robot.tolerance import outside_told
+from footfall.robot.tolerance import outside_in_words
 from footfall.telemetry.state import RobotState
 from footfall.terrain.dem import Dem
 
@@ -114,7 +114,7 @@ class Situation:
         outside = np.maximum(self.lower - q, q - self.upper)
         joint = int(np.argmax(outside))
         if outside[joint] > 0:
-            return outside_told(self.robot, self.posture(q))
+            return outside_in_words(self.robot, self.posture(q))
         hits = self._scene.contacts(q, NO_GROUND)
         hits += self.footing.over_ground.contacts(q, self._lift[terrain], terrain == TRUE)
         if hits:

@@ -21,7 +21,7 @@ from footfall.robot.description import PARTS, link_name
 from footfall.robot.ground import surface_points
 from footfall.robot.kinematics import link_poses
 from footfall.robot.model import Robot
-from footfall.robot.tolerance import outside_told
+from footfall.robot.tolerance import outside_in_words
 from footfall.telemetry.state import RobotState
 from footfall.terrain.dem import Dem
 from footfall.terrain.ground.surface import height_at
@@ -42,7 +42,7 @@ def start_objection(robot: Robot, dem: Dem, state: RobotState, leg: int) -> str:
 
 
 def _outside_limits(robot: Robot, state: RobotState) -> str:
-    told = outside_told(robot, np.asarray(state.posture))
+    told = outside_in_words(robot, np.asarray(state.posture))
     return f"{told}, or correct its encoder if the joint is not really there" if told else ""
 
 

@@ -22,7 +22,7 @@ from footfall.core.frames import apply, inverse
 from footfall.planning.step.edges import Array
 from footfall.planning.step.footing import Footing
 from footfall.planning.step.ground import Nearby
-from footfall.planning.step.held import NOTHING_HOLDS, listed, margin_told, worst_held
+from footfall.planning.step.held import NOTHING_HOLDS, listed, spare_torque, worst_held
 from footfall.planning.step.problem import Check, StepSettings
 from footfall.planning.step.situation import NO_GROUND, RAISED, TRUE, Situation
 from footfall.planning.step.solids import Gap, part_poses
@@ -235,7 +235,7 @@ def _torque(situation: Situation, path: _Path) -> Check:
     joint, unseen = check.joint_name or NOTHING_HOLDS, others[~feet.seen]
     note = f"; ground taken as level under legs {listed(unseen)}, where it is unknown" if len(unseen) else ""
     where = path.where(int(due[worst]))
-    return Check("torque", check.holds, margin_told(check), "of the limit", f"{joint}, {where}{note}")
+    return Check("torque", check.holds, spare_torque(check), "of the limit", f"{joint}, {where}{note}")
 
 
 def _torque_samples(path: _Path) -> NDArray[np.int64]:

@@ -8,7 +8,7 @@ from numpy.typing import NDArray
 from footfall.core.value import Provenance
 from footfall.planning.step.problem import Check
 from footfall.planning.walk.foot_move import At, BodyWay, Moved
-from footfall.planning.walk.problem import BODY, LIFT, LOWER, SWING, WalkGoal, WalkPlan, WalkSettings, part_told
+from footfall.planning.walk.problem import BODY, LIFT, LOWER, SWING, WalkGoal, WalkPlan, WalkSettings, part_name
 
 Array = NDArray[np.float64]
 
@@ -109,4 +109,4 @@ def checks_of(plan: Measured, settings: WalkSettings) -> tuple[Check, ...]:
 
 
 def _where(plan: Measured, at: int) -> str:
-    return f"{part_told(int(plan.moves[at]), len(plan.groups))}, {plan.phases[at]}, waypoint {at}"
+    return f"{part_name(int(plan.moves[at]), len(plan.groups))}, {plan.phases[at]}, waypoint {at}"

@@ -26,7 +26,7 @@ class CheckedMotion(Product):
         """How far the chassis' origin goes [m]."""
         return float(sum(np.linalg.norm(b - a) for a, b in pairwise(self.Ts_site_base[:, :3, 3])))
 
-    def require_all_told(self, called: str) -> None:
+    def require_complete(self, called: str) -> None:
         """Raises InvalidInput unless all is told of each waypoint; called: what this is, for a person."""
         told = (self.Ts_site_base, self.moves, self.phases, self.margins, self.torques)
         if {len(each) for each in told} != {len(self.waypoints)}:

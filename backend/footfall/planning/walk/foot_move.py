@@ -137,7 +137,7 @@ def foot_move_at(world: World, at: At, leg: int, to: Stance, vector: Array, rng:
     for stance, posture in ((at.stance, q), (to, after)):
         failed, code, _ = configuration_fails(posture, T, stance.contacts, stance.normals, leg, checks, poses)
         if failed != HOLDS:
-            return Fails(failure_told(failed, code), leg)
+            return Fails(failure_in_words(failed, code), leg)
     T_site_base = np.vstack([T, (0.0, 0.0, 0.0, 1.0)])
     body = body_way(checks, at, T_site_base)
     if isinstance(body, Fails):
@@ -147,14 +147,14 @@ def foot_move_at(world: World, at: At, leg: int, to: Stance, vector: Array, rng:
         return Fails(over, leg)
     spare, code = tether_on_path(over.waypoints, q, T, leg, checks)
     if not spare >= 0.0:
-        return Fails(failure_told(TETHER, code), leg)
+        return Fails(failure_in_words(TETHER, code), leg)
     margins, torques = _along(checks, over, q, T, at.stance, leg)
     if not (np.isfinite(torques).all() and torques.max() <= checks.most_torque):
         return Fails(NAMES[TORQUE], leg)
     return Moved(At(to, T_site_base, after), leg, body, over, margins, torques)
 
 
-def failure_told(failed: int, code: int) -> str:
+def failure_in_words(failed: int, code: int) -> str:
     """The check that failed, in words; code: of NEAR."""
     if failed == TETHER:
         return f"{NAMES[failed]} and {beside_tether(code)}"
@@ -215,7 +215,7 @@ def _straight(checks: Checks, at: At, T_site_base: Array) -> BodyWay | Fails:
             count = 2 * count
             continue
         if failed != HOLDS:
-            return Fails(f"{failure_told(failed, what)} on the body's way", what if failed == LEG else -1, -spare)
+            return Fails(f"{failure_in_words(failed, what)} on the body's way", what if failed == LEG else -1, -spare)
         # bit for bit where it is
         qs[0] = at.posture
         rows = waypoints_of(qs, FARTHEST)

@@ -25,7 +25,7 @@ from footfall.planning.walk.footfalls import Footfalls, footfalls
 from footfall.planning.walk.footprint import Footprint, footprint
 from footfall.planning.walk.ground_cost import costed
 from footfall.planning.walk.guide import guide
-from footfall.planning.walk.problem import Blocked, WalkGoal, WalkPlan, WalkResult, WalkSettings, foot_moves_told
+from footfall.planning.walk.problem import Blocked, WalkGoal, WalkPlan, WalkResult, WalkSettings, foot_moves_in_words
 from footfall.planning.walk.rappel import OnSlope, in_site, on_slope, provenance_of
 from footfall.planning.walk.search import Search
 from footfall.planning.walk.smooth import smoothed
@@ -187,7 +187,7 @@ class _Attempt:
             search = Search(world, places, way, self.goal, start, self.watch, attempt)
             searches.append(search)
             if (short := search.out_of_reach()) is not None:
-                return self._no(Status.GOAL_INVALID, out_of_reach_told(*short))
+                return self._no(Status.GOAL_INVALID, out_of_reach_in_words(*short))
             try:
                 found = search.run()
             except OutOfTime:
@@ -290,7 +290,7 @@ class _Attempt:
         why = f"{self.settings.time_limit:g} s passed"
         if status is not Status.TIME_LIMIT:
             why = "nothing more was left to try"
-        made = foot_moves_told(partial) if partial else "0 foot moves"
+        made = foot_moves_in_words(partial) if partial else "0 foot moves"
         stopped = "; ".join(f"{_of(check, leg)} {count} times" for check, leg, count in _summed(failed))
         reason = (
             f"no walk to the goal was found after {tried} foot moves were tried: {why}; the nearest comes within "
@@ -307,7 +307,7 @@ class _Attempt:
         return WalkResult(status, None, reason, checks, self.goal, self.provenance, partial, blocked)
 
 
-def out_of_reach_told(leg: int, left: float) -> str:
+def out_of_reach_in_words(leg: int, left: float) -> str:
     """Why no walk ends at the goal; left: of the way to it where the leg has its last footfall [m]."""
     return (
         f"leg {leg} has no footfall on which it stands with the chassis at the goal: the last on the way is reached up "

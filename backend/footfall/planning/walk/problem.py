@@ -238,7 +238,7 @@ class WalkPlan(CheckedMotion):
     def check(self) -> None:
         if self.tethered is not None and len(self.tethered.lengths) != len(self.waypoints):
             raise InvalidInput("every waypoint of a tethered walk needs a length and a pull")
-        self.require_all_told("a walk")
+        self.require_complete("a walk")
         if len(self.stances) != len(self.legs) + 1:
             raise InvalidInput("a walk of m foot moves has m + 1 stances")
 
@@ -262,12 +262,12 @@ class WalkPlan(CheckedMotion):
         return out
 
 
-def part_told(number: int, of: int) -> str:
+def part_name(number: int, of: int) -> str:
     """What part ``number``, 0…, of a walk of so many foot moves is called, for a person: who counts from 1."""
     return f"foot move {number + 1}" if number < of else "the chassis' last way"
 
 
-def foot_moves_told(plan: WalkPlan) -> str:
+def foot_moves_in_words(plan: WalkPlan) -> str:
     """How many there are, in words."""
     return f"{plan.foot_moves} foot move{'' if plan.foot_moves == 1 else 's'}"
 

@@ -13,7 +13,7 @@ from footfall.planning.walk.foot_move import At
 from footfall.planning.walk.problem import Stance, WalkSettings
 from footfall.robot.kinematics import wheel_pose
 from footfall.robot.model import Robot
-from footfall.robot.tolerance import outside_told, state_inside
+from footfall.robot.tolerance import outside_in_words, state_inside
 from footfall.telemetry.state import RobotState
 from footfall.terrain.dem import Dem
 
@@ -26,7 +26,7 @@ def start_of(robot: Robot, dem: Dem, state: RobotState) -> At | str:
     """The stance of a rover that stands on all its feet, or why it does not."""
     state = state_inside(robot, state)
     q, T_site_base = np.array(state.posture), np.array(state.T_site_base)
-    outside = outside_told(robot, q)
+    outside = outside_in_words(robot, q)
     if outside:
         return f"the rover can't stand as its state says: {outside}; {ADVICE}"
     down = standing(robot, dem, q, T_site_base, robot.legs)

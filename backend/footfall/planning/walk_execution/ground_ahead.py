@@ -10,7 +10,7 @@ from numpy.typing import NDArray
 from footfall.maps.standing import STANDING_GAP
 from footfall.planning.walk.footfalls import unknown_away
 from footfall.planning.walk.ground_cost import oldest_under
-from footfall.planning.walk.problem import WalkPlan, part_told
+from footfall.planning.walk.problem import WalkPlan, part_name
 from footfall.robot.model import Robot
 from footfall.terrain.dem import Dem
 from footfall.terrain.fusion.age import BANDS
@@ -33,7 +33,7 @@ def unknown_ground(robot: Robot, dem: Dem, walk: WalkPlan, first: int, last: int
         away = float(unknown_away(dem, at[None])[0])
         if not away > robot.wheel_radius:
             return (
-                f"unknown ground is {away:z.2f} m from where {part_told(number, walk.foot_moves)} puts the foot of leg "
+                f"unknown ground is {away:z.2f} m from where {part_name(number, walk.foot_moves)} puts the foot of leg "
                 f"{leg} ({at[0]:z.2f}, {at[1]:z.2f}), within {robot.wheel_radius:g} m"
             )
     return ""
@@ -72,6 +72,6 @@ def moved_ground(dem: Dem, walk: WalkPlan, first: int) -> str:
         return ""
     side = "above" if off[worst] > 0 else "below"
     later = worst - len(stands)
-    whose = f"leg {worst} stands" if later < 0 else f"{part_told(numbers[later], walk.foot_moves)} puts its foot"
+    whose = f"leg {worst} stands" if later < 0 else f"{part_name(numbers[later], walk.foot_moves)} puts its foot"
     size = f"{abs(off[worst]):z.3f} m {side} where {whose} in the walk"
     return f"the ground is {size}, at most {most[worst]:g} m are accepted"

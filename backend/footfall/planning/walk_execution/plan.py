@@ -18,7 +18,7 @@ from footfall.planning.stance.body_move import No
 from footfall.planning.stance.move import BodyMovePlan
 from footfall.planning.step.problem import Check, Status, StepPlan
 from footfall.planning.walk.parts import parts_of
-from footfall.planning.walk.problem import WalkPlan, part_told
+from footfall.planning.walk.problem import WalkPlan, part_name
 from footfall.planning.walk_execution.off_walk import off_walk
 from footfall.planning.walk_execution.payload import with_load_of
 from footfall.planning.walk_execution.problem import FootMoveExecution, WalkExecution, WalkExecutionResult
@@ -64,7 +64,7 @@ def plan_walk_execution(
     done: list[FootMoveExecution] = []
     for i, (number, parts) in enumerate(asked):
         now = part(progress, i / len(asked), (i + 1) / len(asked))
-        called = part_told(number, walk.foot_moves)
+        called = part_name(number, walk.foot_moves)
         found = way.foot_move(number, called, parts, _saying(called, now))
         if isinstance(found, No):
             return way.result(found.status, done, number, found.reason, found.checks)

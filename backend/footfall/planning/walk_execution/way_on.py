@@ -10,7 +10,7 @@ from footfall.core.frames import apply, heading
 from footfall.maps.standing import contacts
 from footfall.maps.steadiness import bearing
 from footfall.planning.walk.excerpt import parts_count, start_of
-from footfall.planning.walk.problem import WalkGoal, WalkPlan, part_told
+from footfall.planning.walk.problem import WalkGoal, WalkPlan, part_name
 from footfall.planning.walk_execution.decision import Act, SoFar, WayOn, WayOnSettings
 from footfall.planning.walk_execution.ground_ahead import moved_ground, remembered_ground, unknown_ground
 from footfall.planning.walk_execution.off_walk import off_walk
@@ -70,7 +70,7 @@ def way_on(
         return _replan(moved, so_far, settings)
     if weak := _beyond(walk, number, last, settings):
         return _replan(weak, so_far, settings)
-    told = [f"the walk fits: {part_told(number, walk.foot_moves)} of {walk.foot_moves} is next"]
+    told = [f"the walk fits: {part_name(number, walk.foot_moves)} of {walk.foot_moves} is next"]
     told += [so_far.short] if so_far.short and number == 0 else []
     told += [old] if (old := remembered_ground(robot, dem, walk, number, last)) else []
     return WayOn(Act.GO, "; ".join(told))

@@ -123,7 +123,7 @@ class StepPlans:
         made = {one.payload["digest"]: one.seq for one in self._core.events() if one.type == "product"}
         return max(able, key=lambda digest: made[digest])
 
-    def end_told(self, digest: str) -> EndAnswer:
+    def end_answer(self, digest: str) -> EndAnswer:
         """What ends there, as plain JSON: digest; of: "plan", "execution" or "commands"; sags: whether sag is in it."""
         kind, behind = PRODUCT_KINDS[self._core.state.products[digest].kind], self._core.state.plan_behind(digest)
         sags = kind is EXECUTION or (behind is not None and PRODUCT_KINDS[behind.kind].given_as == EXECUTION.given_as)

@@ -58,7 +58,7 @@ def difference(
     return Difference(*worst_joint(posture, now, joint_names), pose_difference(T_site_base, now.T_site_base))
 
 
-def near_told(found: Difference) -> str:
+def near_enough_in_words(found: Difference) -> str:
     """Why what is to be sent holds where what is judged cell by cell does not; "" where both do, or neither."""
     if not found.beyond(*MEASURED) or found.beyond(*SENT):
         return ""

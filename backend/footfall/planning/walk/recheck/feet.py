@@ -7,7 +7,7 @@ from numpy.typing import NDArray
 from scipy.spatial.transform import Rotation
 
 from footfall.planning.step.problem import Check
-from footfall.planning.walk.problem import Stance, part_told
+from footfall.planning.walk.problem import Stance, part_name
 from footfall.planning.walk.recheck.motion import Motion
 from footfall.planning.walk.recheck.stretches import Stretch
 from footfall.robot.description import link_name
@@ -48,7 +48,7 @@ def limits(robot: Robot, plan: Motion) -> Check:
     """Least room to a joint's limit; between waypoints joints move in straight lines, so waypoints are enough."""
     spare = np.minimum(plan.waypoints - robot.lower, robot.upper - plan.waypoints)
     at, joint = np.unravel_index(int(np.argmin(spare)), spare.shape)
-    called = part_told(int(plan.moves[at]), len(plan.groups))
+    called = part_name(int(plan.moves[at]), len(plan.groups))
     where = f"{robot.joint_names[joint]} at waypoint {at}, {called} ({plan.phases[at]})"
     return Check("joint limits", bool(spare.min() >= 0), float(spare.min()), "rad", where)
 

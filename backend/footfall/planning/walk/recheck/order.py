@@ -5,7 +5,7 @@ from itertools import groupby
 import numpy as np
 
 from footfall.planning.step.problem import Check
-from footfall.planning.walk.problem import BODY, LIFT, LOWER, SWING, Place, WalkSettings, part_told
+from footfall.planning.walk.problem import BODY, LIFT, LOWER, SWING, Place, WalkSettings, part_name
 from footfall.planning.walk.recheck.motion import Motion
 from footfall.robot.model import Robot
 from footfall.robot.tolerance import JOINT_TOLERANCE
@@ -25,7 +25,7 @@ def _disordered(plan: Motion) -> str:
     count = len(plan.groups)
 
     def told(one: tuple[int, str]) -> str:
-        return f"{one[1]} of {part_told(one[0], count)}"
+        return f"{one[1]} of {part_name(one[0], count)}"
 
     parts = [(int(move), phase) for move, phase in zip(plan.moves, plan.phases, strict=True)]
     if not parts:

@@ -10,7 +10,7 @@ import pinocchio as pin
 from numpy.typing import NDArray
 from scipy.spatial.transform import Rotation, Slerp
 
-from footfall.planning.walk.problem import BODY, part_told
+from footfall.planning.walk.problem import BODY, part_name
 from footfall.planning.walk.recheck.motion import Motion
 from footfall.planning.walk.recheck.settings import RecheckSettings
 from footfall.robot.description import PARTS, link_name
@@ -45,7 +45,7 @@ class Stretch:
     def where(self, at: int) -> str:
         """A sample, for a person."""
         way = f"{self.fractions[at]:.0%} of the way to waypoint {self.waypoints[at]}"
-        return f"{part_told(self.move, self.of)}, {self.phases[at]}, {way}"
+        return f"{part_name(self.move, self.of)}, {self.phases[at]}, {way}"
 
     @cached_property
     def Ts_base_link(self) -> dict[str, Array]:
