@@ -13,7 +13,7 @@ from footfall.robot.model import Robot
 from footfall.telemetry.state import RobotState
 from footfall_ui.scene.drawn import Drawn
 
-TOLD = 0.7
+LABELLED_FROM = 0.7
 """Share of its torque limit from which on the worst joint has a label."""
 WARN, OVER = 0.8, 1.0
 """Shares from which on a joint is marked."""
@@ -51,7 +51,7 @@ def worst_joint(robot: Robot, state: RobotState) -> WorstJoint | None:
     """The joint nearest to its limit; None where it has plenty left."""
     shares = torque_shares(robot, state)
     joint = int(np.argmax(shares))
-    if shares[joint] < TOLD:
+    if shares[joint] < LABELLED_FROM:
         return None
     part = JOINTS[joint % 6][0]
     place = link_poses(robot, state.posture)[link_name(joint // 6, part)][:3, 3]

@@ -10,7 +10,7 @@ from hypothesis import strategies as st
 from footfall.core.errors import InvalidBundle, InvalidInput
 from footfall.io.artifacts import encode
 from footfall.io.policies import read_policy, write_policy
-from footfall.planning.choice.actions import ACTIONS, TOLD, TRIPOD, WALK
+from footfall.planning.choice.actions import ACTION_TEXTS, ACTIONS, TRIPOD, WALK
 from footfall.planning.choice.ground import features_at, ground_of
 from footfall.planning.choice.mdp import Seen
 from footfall.planning.choice.policy import VERSION, learned, require_made_for
@@ -45,7 +45,7 @@ def test_states_are_the_same_where_all_classes_are(space, one, other):
 
 
 def test_every_action_is_told():
-    assert set(TOLD) == set(ACTIONS)
+    assert set(ACTION_TEXTS) == set(ACTIONS)
 
 
 def test_a_state_in_words():

@@ -5,7 +5,7 @@ What the prediction does not know, each taken apart:
 - springs: all softer by the share SPRINGS, started from the same telemetry; how far that leads elsewhere is a bound.
 - joints: each errs by UNEXPLAINED, alone of all others, one standard deviation, as the prediction of sag has it.
 - ground: under a wheel that is put elsewhere it is as high as the map says, with the variance of the map's cells
-  there, or UNTOLD where it does not say. What stands where it stood has told its height by how it was pressed in.
+  there, or UNSTATED_SD where it does not say. What stands where it stood has told its height by how it was pressed in.
 - forces: sensors err by the share LEAST_LOAD of the weight.
 
 The last three are independent: their squares add, and NORMAL_95 of their deviations holds 95 of 100 cases.
@@ -37,7 +37,7 @@ Array = NDArray[np.float64]
 
 SPRINGS = 0.2
 """So much softer, as a share, the springs may be than assumed."""
-UNTOLD = 0.005
+UNSTATED_SD = 0.005
 """One standard deviation of the heights of a map that does not say how sure they are [m]."""
 ELSEWHERE = 0.02
 """A wheel whose centre is commanded farther than this from where it stood stands on other ground [m]."""
@@ -102,7 +102,7 @@ def foretold(robot: Robot, dem: Dem, sequence: Sequence, rows: int) -> Foretold:
     heights = np.zeros(robot.leg_count)
     for leg in stepped:
         ground = height_deviation(dem, rest.contacts[leg, :2])
-        heights[leg] = np.hypot(UNTOLD if ground is None else ground, UNEXPLAINED * np.linalg.norm(lift[leg, 2]))
+        heights[leg] = np.hypot(UNSTATED_SD if ground is None else ground, UNEXPLAINED * np.linalg.norm(lift[leg, 2]))
     sensor = LEAST_LOAD * robot.mass * _gravity(sequence)
     loads = np.hypot(np.linalg.norm(platform.loads * heights, axis=1), sensor)
     sink = np.hypot(joints[1], np.linalg.norm(platform.rise * heights))

@@ -16,8 +16,8 @@ from footfall.core.beside import beside
 from footfall.core.frames import apply
 from footfall.maps.standing import STANDING_GAP, Contacts, contacts, wheel_gaps
 from footfall.planning.stance.whole_body import WholeBody
+from footfall.planning.step.collision_depth import in_words, worst
 from footfall.planning.step.ground import Nearby, Refused, nearby
-from footfall.planning.step.told_collision import in_words, worst
 from footfall.robot.collision import CollisionScene
 from footfall.robot.kinematics import leg_wheel_pose
 from footfall.robot.model import Robot

@@ -11,5 +11,5 @@ from footfall.planning.gait.problem import GAITS, RIPPLE, TRIPOD, WAVE
 WALK = "walk"
 ACTIONS = (WAVE, RIPPLE, TRIPOD, WALK)
 """In the order in which tables have them. Where two are worth the same, the earlier is chosen."""
-TOLD: Mapping[str, str] = {**GAITS, WALK: "footfalls and chassis poses are searched"}
+ACTION_TEXTS: Mapping[str, str] = {**GAITS, WALK: "footfalls and chassis poses are searched"}
 """In words."""

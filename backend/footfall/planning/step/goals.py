@@ -24,7 +24,7 @@ MOST_GOALS = 3
 """Goal postures whose lowering works that are handed to the planners, best first."""
 ALIKE = 1e-3
 """Postures whose clearances are in the same step of this size rank by their motion [m]."""
-MOST_TOLD = 3
+MOST_NAMED = 3
 """Postures that rank better than the one taken whose fault is told."""
 ADVICE = "choose a footfall nearer to the leg's present one or on more open ground, or lower raise_terrain or clearance"
 
@@ -79,12 +79,12 @@ class Goals:
         count, handed = len(self._possible), {goal.place for goal in self._found}
         refused = [place for place in range(taken.place) if place not in handed]
         told = []
-        for place in refused[:MOST_TOLD]:
+        for place in refused[:MOST_NAMED]:
             one = self._possible[place]
             text = f"rank {place + 1}, {posture_text(one)}, is not allowed: {self._objection(one)}"
             told.append(Decision("goal", False, text))
-        if len(refused) > MOST_TOLD:
-            more = len(refused) - MOST_TOLD
+        if len(refused) > MOST_NAMED:
+            more = len(refused) - MOST_NAMED
             told.append(Decision("goal", False, f"{more} more of better rank are not allowed either"))
         one = taken.candidate
         away = float(np.abs(one.q - self._q_start).max())

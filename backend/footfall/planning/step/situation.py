@@ -11,11 +11,11 @@ import numpy as np
 
 from footfall.core.beside import beside
 from footfall.core.frames import apply
+from footfall.planning.step.collision_depth import in_words, worst
 from footfall.planning.step.edges import Array
 from footfall.planning.step.footing import Stance, footing
 from footfall.planning.step.ground import Nearby
 from footfall.planning.step.problem import StepSettings
-from footfall.planning.step.told_collision import in_words, worst
 from footfall.robot.collision import TERRAIN, Collision, CollisionScene
 from footfall.robot.description import PARTS, link_name
 from footfall.robot.kinematics import center_of_mass, leg_wheel_pose

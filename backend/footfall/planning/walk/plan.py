@@ -46,7 +46,7 @@ BESIDE = 4.5
 """Ground that is looked at beyond start and goal [m]."""
 ASIDE = 10.0
 """How far beside the straight way to the goal the chassis may go around something [m]."""
-MOST_TOLD = 8
+MOST_NAMED = 8
 """Kinds of failures that are told."""
 FARTHEST = 60.0
 """A goal is at most so far away [m]."""
@@ -285,7 +285,7 @@ class _Attempt:
         failures: Counter[tuple[str, int, float, float]] = Counter()
         for search in searches:
             failures.update(search.failures)
-        failed = failures.most_common(MOST_TOLD)
+        failed = failures.most_common(MOST_NAMED)
         tried = sum(search.tried for search in searches)
         why = f"{self.settings.time_limit:g} s passed"
         if status is not Status.TIME_LIMIT:

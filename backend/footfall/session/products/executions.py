@@ -30,7 +30,7 @@ MOST_RUNS = 20
 
 HELD = "the standing legs are commanded too, so that the chassis keeps its pose although the rover sags"
 HOLDS = "telemetry shows that the rover's joints do not give way"
-UNTOLD = (
+SAG_UNKNOWN = (
     "neither telemetry nor the state that is planned from tells what the joints bear, so how the rover sags is not "
     "known: they are commanded as planned; touch-down is not predicted"
 )
@@ -56,7 +56,7 @@ class Executions:
             return CommandWay("pose_held", HELD) if self._rover.seen_to_give_way else CommandWay("rigid", HOLDS)
         state = None if self._core.state.state is None else self._core.typed(RobotState, self._core.state.state)
         if state is None or not (state.joint_torques.any() or state.wheel_forces.any()):
-            return CommandWay("rigid", UNTOLD)
+            return CommandWay("rigid", SAG_UNKNOWN)
         return CommandWay("pose_held", HELD)
 
     def way_of(self, sequence: str) -> WayOfCommands:

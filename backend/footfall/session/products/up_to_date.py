@@ -32,7 +32,7 @@ MEASURED = JOINT_TOLERANCE, PLACE_TOLERANCE
 SENT = START_TOLERANCE, POSE_TOLERANCE
 """Largest difference of a joint [rad] and of the chassis [m] within which something is as it was."""
 
-LEAST_TOLD = 0.005
+LEAST_NAMED = 0.005
 """Smaller changes of height would be told as none [m]."""
 
 
@@ -86,7 +86,7 @@ class OtherGround:
         """In words, for a reason; "" where nothing changed."""
         if not self.area:
             return ""
-        height = f"by up to {self.by:z.2f} m " if self.by >= LEAST_TOLD else ""
+        height = f"by up to {self.by:z.2f} m " if self.by >= LEAST_NAMED else ""
         turned = f", of which {self.turned:z.2f} m² became known or unknown" if self.turned else ""
         return f"{height}on {self.area:z.2f} m² that it looked at{turned}"
 

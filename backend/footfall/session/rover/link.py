@@ -18,7 +18,7 @@ Send = Callable[[str], None]
 
 RESTART_AFTER = 5
 """So many frames on end with old numbers and times are no stragglers: the rover's counter and clock began anew."""
-TOLD_AGAIN_AFTER = 1.0
+REPORTED_AGAIN_AFTER = 1.0
 """A rover that is wrong in ever new ways is told of once in so long for each kind; all of it is counted [s]."""
 MOST_SHOWN = 20
 """Messages on their way that are told of; what went before them is on its way as well."""
@@ -159,7 +159,7 @@ class RoverLink:
         with self._guard:
             self.faults += 1
             self.kinds[kind] += 1
-            news = text != self.fault and now - self._told_of.get(kind, -TOLD_AGAIN_AFTER) >= TOLD_AGAIN_AFTER
+            news = text != self.fault and now - self._told_of.get(kind, -REPORTED_AGAIN_AFTER) >= REPORTED_AGAIN_AFTER
             self.fault = text
             if news:
                 self._told_of[kind] = now
