@@ -9,9 +9,9 @@ import numpy as np
 from numpy.typing import NDArray
 
 from footfall.core import frames
-from footfall.core.ahead import ahead
 from footfall.core.errors import InvalidImages
 from footfall.core.grid import GridGeometry
+from footfall.core.pipelined import pipelined
 from footfall.core.progress import Progress, no_progress
 from footfall.core.value import Provenance
 from footfall.robot.kinematics import wheel_centers
@@ -82,7 +82,7 @@ def build_terrain(
     def take_out(one: Matched) -> Matched:
         return one._replace(kinds=without_robot(one.disparity, one.pair, robot, state, settings, errors))
 
-    with closing(ahead(take_out, matched)) as following:
+    with closing(pipelined(take_out, matched)) as following:
         bare = (one.result() for _, one in following)
         if map is None or not settings.keep:
             geometry = grid_around(float(center[0]), float(center[1]), settings)

@@ -8,8 +8,8 @@ from typing import NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
-from footfall.core.ahead import ahead
 from footfall.core.errors import InvalidImages
+from footfall.core.pipelined import pipelined
 from footfall.core.progress import Progress, no_progress
 from footfall.telemetry.images import ImagePair
 from footfall.terrain.pairs import stereo
@@ -62,7 +62,7 @@ def match_pairs(
         require_simultaneous(pair.name, pair.time, pair.time_right, settings.max_skew)
         return align_pair(pair)
 
-    with closing(ahead(aligned, pairs)) as following:
+    with closing(pipelined(aligned, pairs)) as following:
         for i, (pair, alignment_of_it) in enumerate(following):
             progress(0.7 * i / len(pairs), f"matching {pair.name}")
             try:
