@@ -17,8 +17,8 @@ from footfall.planning.stance.follow import Obstacle
 from footfall.planning.stance.reserve import reserves
 from footfall.planning.stance.shift import obstacle_in_words, require_same_robot
 from footfall.planning.stance.shift_search import Ranked, search
-from footfall.planning.stance.shortcomings import Shortcomings, largest
 from footfall.planning.stance.step_ends import StepEnds
+from footfall.planning.stance.violations import StepViolations, largest
 from footfall.planning.step.ground import Refused, footfall_contact
 from footfall.planning.step.problem import Footfall, Status
 from footfall.planning.step.watch import OutOfTime, Watch
@@ -29,7 +29,7 @@ from footfall.terrain.dem import Dem
 Array = NDArray[np.float64]
 
 ATTEMPTS = 6
-"""Shifts without shortcomings that are looked at exactly, cheapest first."""
+"""Shifts without violations that are looked at exactly, cheapest first."""
 NEARLY = 0.03
 """A shift that falls short by no more than what is asked for in reserve is still worth the exact checks."""
 DIGITS = 4
@@ -133,7 +133,7 @@ def _found(
     if rough:
         return No(Status.GOAL_INVALID, f"{rough}; choose another footfall")
     watch.phase(0.1, "searching for a shift of the chassis")
-    short = Shortcomings(stance, footfall.leg, contact, settings)
+    short = StepViolations(stance, footfall.leg, contact, settings)
     bounds = np.array([settings.most_shift] * 3 + [settings.most_tilt] * 2 + [settings.most_turn])
     ranked = search(
         lambda shifts: short.of(shifts).sum(axis=1), _scale(settings), bounds, _starts(stance, footfall), watch.tick
@@ -185,7 +185,7 @@ def _tried(stance: Stance, ends: StepEnds, ranked: Ranked, settings: FindShiftSe
     return No(Status.NO_PATH, reason, first.checks if first is not None else ())
 
 
-def _nearest_miss(short: Shortcomings, ranked: Ranked, footfall: Footfall) -> No:
+def _nearest_miss(short: StepViolations, ranked: Ranked, footfall: Footfall) -> No:
     dx, dy, dz, droll, dpitch, dyaw = ranked.shifts[0]
     worst = largest(short.names, short.of(ranked.shifts[:1])[0])
     reason = (

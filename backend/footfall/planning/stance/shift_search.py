@@ -1,7 +1,7 @@
 """The smallest shift of the chassis that a step can do with: a deterministic search in six dimensions.
 
 The cross-entropy method (Rubinstein, 1999) over Halton points: round by round the spread of the samples follows that
-of the best so far. A shift without shortcomings beats one with; of two without, the cheaper wins; of two with, the one
+of the best so far. A shift without violations beats one with; of two without, the cheaper wins; of two with, the one
 that falls short by less (Deb, "An efficient constraint handling method for genetic algorithms", 2000).
 """
 
@@ -30,7 +30,7 @@ SEPARATE = 0.04
 
 @dataclass(frozen=True)
 class Ranked:
-    """Shifts tried, (n, 6), best first, with their shortcomings in sum and their costs, (n,)."""
+    """Shifts tried, (n, 6), best first, with their violations in sum and their costs, (n,)."""
 
     shifts: Array
     short: Array
@@ -38,11 +38,11 @@ class Ranked:
 
     @property
     def score(self) -> float:
-        """Of the best: its cost, or a large number that grows with its shortcomings."""
+        """Of the best: its cost, or a large number that grows with its violations."""
         return float(self.cost[0]) if self.short[0] == 0 else 1e3 * (1.0 + float(self.short[0]))
 
     def alternatives(self, scale: Array, most: int, shortest: float = 0.0) -> Array:
-        """Shifts with no shortcomings, or with so little, (k, 6), best first, none near another.
+        """Shifts with no violations, or with so little, (k, 6), best first, none near another.
 
         scale: (6,) metres a unit. most: of them.
         """
@@ -58,9 +58,9 @@ class Ranked:
 def search(
     short: Callable[[Array], Array], scale: Array, bounds: Array, starts: Array, tick: Callable[[], None]
 ) -> Ranked:
-    """Search for the cheapest shift without shortcomings.
+    """Search for the cheapest shift without violations.
 
-    short: shifts (n, 6) → sums of their shortcomings (n,). scale: (6,), the cost is the norm of scale · shift.
+    short: shifts (n, 6) → sums of their violations (n,). scale: (6,), the cost is the norm of scale · shift.
     bounds: (6,), largest size of each. starts: (k, 6), tried first. tick: called between rounds.
     """
     from scipy.stats.qmc import Halton  # scipy.stats takes half a second to load, and few processes search

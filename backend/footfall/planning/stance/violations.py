@@ -2,7 +2,7 @@
 
 A shift is good for a step of one leg when every standing leg keeps its wheel where it is, the leg can be raised above
 its place and stand upright on the footfall and above it, the other feet carry the rover meanwhile, and the chassis
-clears the ground. Each demand gives a shortcoming: 0 where it is met with something to spare, else how far it is
+clears the ground. Each demand gives a violation: 0 where it is met with something to spare, else how far it is
 missed, in metres or radians. What is found this way is checked by exact means afterwards.
 """
 
@@ -43,7 +43,7 @@ GROUND_SPARE = 0.01
 """The same for the chassis over the ground [m]."""
 PASSING, NOT_PASSING = 0.001, 0.006
 """A locked wheel passes its straight wrist where foot and shank come so near to one line [rad, about]; between the two
-it is uncertain, and a shortcoming."""
+it is uncertain, and a violation."""
 WAY = (1 / 3, 2 / 3, 1.0)
 """Fractions of the way at which the joints of the standing legs are looked at."""
 PEAK = 0.2
@@ -53,13 +53,13 @@ FOLDING = ("hip_pitch", "knee_pitch")
 FOLD_SPARE = 0.01
 """The same for the leg beside the chassis [m]."""
 NEARLY = 0.1
-"""Where the other shortcomings come to less than this, the leg beside the chassis is looked at."""
+"""Where the other violations come to less than this, the leg beside the chassis is looked at."""
 UNREACHED = 1.0
 """Added for a wheel that is out of reach, so that joint limits never look worse."""
 
 
 @dataclass(frozen=True)
-class Place:
+class WheelPlace:
     """Where one leg's wheel has to be: T_site_wheel. free: its heading is, so the last joint does not count.
 
     label: for a person.
@@ -71,7 +71,7 @@ class Place:
     free: bool = False
 
 
-class Shortcomings:
+class StepViolations:
     """Those of one request; ``names`` says what each column is."""
 
     def __init__(self, stance: Stance, leg: int, contact: Contact, settings: FindShiftSettings) -> None:
@@ -84,15 +84,15 @@ class Shortcomings:
         now = [self._T_site_base @ wheel_pose(robot, self._posture, i) for i in robot.legs]
         up = np.zeros((4, 4))
         up[2, 3] = settings.lift
-        self._locked = [Place(i, now[i], f"leg {i} keeping its wheel where it stands") for i in stance.standing]
+        self._locked = [WheelPlace(i, now[i], f"leg {i} keeping its wheel where it stands") for i in stance.standing]
         heading = leg_azimuth(robot, leg, self._T_site_base)
         on_target = wheel_pose_for_contact(robot, contact.point, contact.normal, heading, np.eye(4))
         # a leg that is in the air is carried along: it has no place to be raised above
-        raised = Place(leg, now[leg] + up, f"leg {leg} raised above its place")
+        raised = WheelPlace(leg, now[leg] + up, f"leg {leg} raised above its place")
         self._steps = [
             *([raised] if leg in stance.standing else []),
-            Place(leg, on_target + up, f"leg {leg} above the footfall", free=True),
-            Place(leg, on_target, f"leg {leg} on the footfall", free=True),
+            WheelPlace(leg, on_target + up, f"leg {leg} above the footfall", free=True),
+            WheelPlace(leg, on_target, f"leg {leg} on the footfall", free=True),
         ]
         others = [i for i, foot in enumerate(stance.standing) if foot != leg]
         self._feet = stance.feet.points[others]
@@ -140,8 +140,8 @@ class Shortcomings:
         out[near, -2] = self._folded(q[near])
         return out
 
-    def _reached(self, place: Place, Ts_base_site: Array) -> tuple[Array, Array]:
-        """The leg's angles (n, 6), NaN where out of reach, and the shortcoming (n,)."""
+    def _reached(self, place: WheelPlace, Ts_base_site: Array) -> tuple[Array, Array]:
+        """The leg's angles (n, 6), NaN where out of reach, and the violation (n,)."""
         near = self._posture[6 * place.leg : 6 * place.leg + 6]
         both, stretch = self._both_wrists(place, Ts_base_site, REACH_SPARE)
         both = unwrapped(both, near)
@@ -150,7 +150,7 @@ class Shortcomings:
         q = both[np.arange(len(both)), np.argmin(np.where(np.isnan(away), np.inf, away), axis=1)]
         return q, stretch + self._outside(place.leg, q[:, :counted], JOINT_SPARE)
 
-    def _kept(self, place: Place, Ts_base_site: Sequence[Array]) -> tuple[Array, Array]:
+    def _kept(self, place: WheelPlace, Ts_base_site: Sequence[Array]) -> tuple[Array, Array]:
         """As :meth:`_reached`, for a locked wheel that is followed along the way, given by T_base_site (n, 4, 4).
 
         The wrist is straight where the foot's direction seen from the shank, (sin a · sin b, cos a · sin b) of knee
@@ -180,7 +180,7 @@ class Shortcomings:
             last, foot = q, next_foot
         return last, short
 
-    def _both_wrists(self, place: Place, Ts_base_site: Array, spare: float) -> tuple[Array, Array]:
+    def _both_wrists(self, place: WheelPlace, Ts_base_site: Array, spare: float) -> tuple[Array, Array]:
         """Angles (n, 2, 6) of both wrists, NaN out of reach; how much too far the wheel is, with a spare [m], (n,)."""
         robot, leg = self.stance.robot, place.leg
         Ts_base_wheel = Ts_base_site @ place.T_site_wheel
@@ -257,7 +257,7 @@ def _peaks(dem: Dem, center_xy: Array, radius: float) -> Array:
 
 
 def _foot_direction(q: Array) -> Array:
-    """(n, 2), of leg angles (n, 6): see :meth:`Shortcomings._kept`. The same for both wrists."""
+    """(n, 2), of leg angles (n, 6): see :meth:`StepViolations._kept`. The same for both wrists."""
     return np.sin(q[:, 4, None]) * np.stack([np.sin(q[:, 3]), np.cos(q[:, 3])], axis=1)
 
 
@@ -273,10 +273,10 @@ def _planes(mesh: Mesh) -> tuple[Array, Array]:
     return found[:, :3], -found[:, 3]
 
 
-def largest(names: Sequence[str], shortcomings: Array) -> str:
-    """The largest shortcoming of one shift, (names,), in words."""
-    worst = int(np.argmax(shortcomings))
-    size = float(shortcomings[worst])
+def largest(names: Sequence[str], violations: Array) -> str:
+    """The largest violation of one shift, (names,), in words."""
+    worst = int(np.argmax(violations))
+    size = float(violations[worst])
     if size >= UNREACHED:
         return f"{names[worst]}: {size - UNREACHED:z.3f} m out of reach"
     return f"{names[worst]}: {size:z.3f} short (m or rad)"
