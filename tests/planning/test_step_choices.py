@@ -12,16 +12,16 @@ from footfall.core.errors import InvalidInput
 from footfall.core.frames import apply
 from footfall.planning.stance.after import state_after
 from footfall.planning.stance.stand import stand
-from footfall.planning.step import way_out as way_out_module
+from footfall.planning.step import escape as escape_module
 from footfall.planning.step.alternatives import CLEARER, HIGHER, KINDS, asked_otherwise
 from footfall.planning.step.edges import length
+from footfall.planning.step.escape import FINEST, LIFTS, find_escape
 from footfall.planning.step.footing import Stance, ground_near
 from footfall.planning.step.ground import Nearby
 from footfall.planning.step.lift import branch_of, vertical
 from footfall.planning.step.plan import plan_step
 from footfall.planning.step.problem import PlanResult, Status, StepPlan, StepSettings
 from footfall.planning.step.situation import Situation
-from footfall.planning.step.way_out import FINEST, LIFTS, way_out
 from footfall.robot.collision import CollisionScene
 from footfall.robot.ik import contact_point
 from footfall.robot.kinematics import wheel_pose
@@ -200,7 +200,7 @@ def test_a_sunk_wheel_is_offered_the_smallest_ways_out(athlete, by):
     assert isinstance(near, Nearby)
     situation = Situation(athlete, dem, state, 0, near, StepSettings())
     q = np.array(state.leg(0))
-    out = way_out(situation, q)
+    out = find_escape(situation, q)
     # judged by the meshes alone
     scene = CollisionScene(athlete, state.posture, 0, state.T_site_base, near.mesh)
     assert scene.collides(q, "true")
@@ -220,7 +220,7 @@ def test_a_sunk_wheel_is_offered_the_smallest_ways_out(athlete, by):
     assert result.status is Status.START_INVALID
     assert re.search(r"leg0_wheel cuts 0\.\d{3} m into terrain \(0\.030 m is allowed\)", result.reason)
     assert f"lift the wheel straight up by {out.lift:.2f} m" in result.reason
-    assert out.told(athlete, 0) in result.reason
+    assert out.in_words(athlete, 0) in result.reason
     # what was offered is a start
     assert found(plan_step(athlete, dem, with_posture(state, situation.posture(q + out.alone)), 0, (2.05, 0.45)))
 
@@ -231,9 +231,9 @@ def test_looking_beside_the_best_way_out_makes_it_shorter(athlete, monkeypatch):
     near = ground_near(Stance(athlete, dem, state, 0))
     assert isinstance(near, Nearby)
     situation, q = Situation(athlete, dem, state, 0, near, StepSettings()), np.array(state.leg(0))
-    found_so = way_out(situation, q)
-    monkeypatch.setattr(way_out_module, "ROUNDS", 0)
-    drawn_only = way_out(situation, q)
+    found_so = find_escape(situation, q)
+    monkeypatch.setattr(escape_module, "ROUNDS", 0)
+    drawn_only = find_escape(situation, q)
     assert found_so.change is not None
     assert drawn_only.change is not None
     assert np.abs(found_so.change).max() < np.abs(drawn_only.change).max() - FINEST

@@ -5,6 +5,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from footfall.planning.step.edges import Array
+from footfall.planning.step.escape import find_escape
 from footfall.planning.step.fast import compile_search
 from footfall.planning.step.footing import Stance, ground_near, impossible
 from footfall.planning.step.ground import Refused
@@ -14,7 +15,6 @@ from footfall.planning.step.problem import Check, Status, StepSettings
 from footfall.planning.step.rise import blocked_rise, rises
 from footfall.planning.step.situation import TRUE, Situation
 from footfall.planning.step.watch import Watch
-from footfall.planning.step.way_out import way_out
 
 ADVICE = "change the stance, or ask for another lift, raise_terrain, clearance or margin"
 
@@ -61,7 +61,7 @@ def lift_off(stance: Stance, settings: StepSettings, watch: Watch, to_plan: bool
             compile_search(situation.footing.certificate)
     objection = situation.objection(q, TRUE)
     if objection:
-        ways = way_out(situation, q, watch.pulse).told(robot, leg) if to_plan else ""
+        ways = find_escape(situation, q, watch.pulse).in_words(robot, leg) if to_plan else ""
         advice = f"the smallest way out found: {ways}; else " if ways else ""
         advice += "correct the state or the terrain, move the chassis, or ask for less clearance or margin"
         reason = f"the leg can't move from where it stands: {objection}; {advice}"

@@ -33,7 +33,7 @@ _Test = Callable[[Array], bool]
 
 
 @dataclass(frozen=True)
-class WayOut:
+class Escape:
     """lift: how far straight up [m]; alone, change: turns of the leg's joints (6,) [rad], of one joint and of several.
 
     None where none was found; change also where it is no smaller than ``alone``.
@@ -43,7 +43,7 @@ class WayOut:
     alone: Array | None
     change: Array | None
 
-    def told(self, robot: Robot, leg: int) -> str:
+    def in_words(self, robot: Robot, leg: int) -> str:
         """For a person; empty where there is none."""
         names = robot.joint_names[6 * leg : 6 * leg + 6]
         ways = [] if self.lift is None else [f"lift the wheel straight up by {self.lift:z.2f} m"]
@@ -54,7 +54,7 @@ class WayOut:
         return ", or ".join(ways)
 
 
-def way_out(situation: Situation, q: Array, pulse: Callable[[], None] = lambda: None) -> WayOut:
+def find_escape(situation: Situation, q: Array, pulse: Callable[[], None] = lambda: None) -> Escape:
     """Out of a leg posture q (6,) inside its limits that the situation forbids on the ground as it is.
 
     The changes are the smallest that were found, by their largest joint: among single joints, which are all looked at,
@@ -75,7 +75,7 @@ def way_out(situation: Situation, q: Array, pulse: Callable[[], None] = lambda: 
             change = _shorter(is_free, q, change, _unit(_unit(change) + spread * rng.standard_normal((BESIDE, 6))))
     if alone is not None and change is not None and np.abs(change).max() >= np.abs(alone).max():
         change = None
-    return WayOut(_lift(situation, q), alone, change)
+    return Escape(_lift(situation, q), alone, change)
 
 
 def _lift(situation: Situation, q: Array) -> float | None:
