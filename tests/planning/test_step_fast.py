@@ -27,7 +27,7 @@ from footfall.planning.step.edges import Space, largest_change, length, samples
 from footfall.planning.step.fast import fast
 from footfall.planning.step.footing import Stance, ground_near
 from footfall.planning.step.ground import Nearby
-from footfall.planning.step.kept import Kept
+from footfall.planning.step.latest_results import LatestResults
 from footfall.planning.step.leg_free_kernel import balance_bend, balanced_span, edge_is_sure, margin_at
 from footfall.planning.step.lift import vertical
 from footfall.planning.step.plan import plan_step
@@ -577,7 +577,7 @@ def test_large_ground_and_ground_with_holes_are_prepared_for_one_leg(athlete):
 
 def test_the_last_results_are_kept_and_nothing_else():
     made = []
-    kept = Kept(2)
+    kept = LatestResults(2)
     for content in ("a", "b", "a", "c", "a", "b"):
         assert kept.get(content, lambda content=content: made.append(content) or content.upper()) == content.upper()
     assert made == ["a", "b", "c", "b"]

@@ -12,7 +12,7 @@ from numpy.typing import NDArray
 from footfall.core.frames import apply
 from footfall.planning.step.edges import Array
 from footfall.planning.step.ground import Nearby
-from footfall.planning.step.kept import Kept
+from footfall.planning.step.latest_results import LatestResults
 from footfall.planning.step.leg_free_kernel import SURE, BodyTables, edges_are_sure, first_unsure
 from footfall.planning.step.problem import StepSettings
 from footfall.robot.bvh import mesh_reach
@@ -30,7 +30,7 @@ WHOLE = 100.0
 """Ground of at most this area is prepared as a whole, for every leg and stance; of more, what one leg needs [m²]."""
 
 
-_whole: Kept[GroundTables] = Kept(4)
+_whole: LatestResults[GroundTables] = LatestResults(4)
 
 
 class Certificate:

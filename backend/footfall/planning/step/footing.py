@@ -15,7 +15,7 @@ from footfall.maps.standing import Contacts, contacts
 from footfall.planning.step.certificate import Certificate
 from footfall.planning.step.edges import Array
 from footfall.planning.step.ground import Nearby, Refused, nearby
-from footfall.planning.step.kept import Kept
+from footfall.planning.step.latest_results import LatestResults
 from footfall.planning.step.leg_over_ground import LegOverGround
 from footfall.planning.step.problem import StepSettings
 from footfall.planning.step.solids import Solids
@@ -72,11 +72,11 @@ class Footing:
     over_ground: LegOverGround
 
 
-_objections: Kept[str] = Kept(_KEPT)
-_grounds: Kept[Nearby | Refused] = Kept(_KEPT)
-_footings: Kept[Footing] = Kept(_KEPT)
-_standing: Kept[StandingLegs] = Kept(_KEPT)
-_feet: Kept[Contacts] = Kept(_KEPT)
+_objections: LatestResults[str] = LatestResults(_KEPT)
+_grounds: LatestResults[Nearby | Refused] = LatestResults(_KEPT)
+_footings: LatestResults[Footing] = LatestResults(_KEPT)
+_standing: LatestResults[StandingLegs] = LatestResults(_KEPT)
+_feet: LatestResults[Contacts] = LatestResults(_KEPT)
 
 
 def impossible(stance: Stance) -> str:

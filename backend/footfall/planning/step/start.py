@@ -14,7 +14,7 @@ from footfall.core.frames import apply
 from footfall.core.mesh import Mesh
 from footfall.maps.standing import STANDING_GAP, wheel_gaps
 from footfall.planning.step.edges import Array
-from footfall.planning.step.kept import Kept
+from footfall.planning.step.latest_results import LatestResults
 from footfall.robot.collision import Collision, posture_collisions
 from footfall.robot.depth import overlap
 from footfall.robot.description import PARTS, link_name
@@ -62,7 +62,7 @@ def _cutting(robot: Robot, state: RobotState, moving: int) -> str:
 
 
 _KEPT_POSTURES = 4
-_kept_cuts: Kept[tuple[Collision, ...]] = Kept(_KEPT_POSTURES)
+_kept_cuts: LatestResults[tuple[Collision, ...]] = LatestResults(_KEPT_POSTURES)
 
 
 def _cuts(robot: Robot, state: RobotState) -> tuple[Collision, ...]:

@@ -11,7 +11,7 @@ from footfall.balance.held_kernel import HeldTables
 from footfall.planning.scene.rover_tables import rover_tables
 from footfall.planning.scene.tether_tables import tether_tables
 from footfall.planning.step.ground import Nearby
-from footfall.planning.step.kept import Kept
+from footfall.planning.step.latest_results import LatestResults
 from footfall.planning.walk.body_kernel import Checks
 from footfall.planning.walk.hung import Hung
 from footfall.planning.walk.legs_kernel import KNEE_ROLL_ON_THE_WAY, WRIST_ON_THE_WAY, LegsTables
@@ -78,7 +78,7 @@ class World:
         self._reaches = np.tile(reaches, robot.leg_count)
         hip = float(np.hypot(*legs[0].T_base_hip[:2, 3]))
         self._within = hip + leg_reach(robot) + MOST_MOVED + LATTICE * math.sqrt(0.5)
-        self._pieces: Kept[Piece] = Kept(_KEPT)
+        self._pieces: LatestResults[Piece] = LatestResults(_KEPT)
         self.first = self.around(T_site_base)
 
     def around(self, T_site_base: Array) -> Piece:

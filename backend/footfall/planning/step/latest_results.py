@@ -10,7 +10,7 @@ from typing import Generic, TypeVar
 _Result = TypeVar("_Result")
 
 
-class Kept(Generic[_Result]):
+class LatestResults(Generic[_Result]):
     """At most so many results; the one that was asked for longest ago goes first."""
 
     def __init__(self, most: int) -> None:
