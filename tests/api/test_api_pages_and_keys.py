@@ -149,7 +149,7 @@ def test_a_key_that_is_being_worked_on_is_a_conflict():
 
 
 def test_what_is_being_worked_on_is_not_forgotten_for_later_keys(monkeypatch):
-    monkeypatch.setattr("footfall.api.door.idempotency.KEPT", 3)
+    monkeypatch.setattr("footfall.api.door.idempotency.MOST_ANSWERS", 3)
 
     async def all_of_them():
         may_end, done = asyncio.Event(), []

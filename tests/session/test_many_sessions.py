@@ -91,7 +91,7 @@ def test_to_look_at_all_opens_none_and_keeps_few(anew):
         seen = [sessions.look(name) for name in names()]
         assert [len(one.events()) for one in seen] == list(range(1, MANY + 1))
         assert sessions.opened() == []
-        latest = list(zip(names(), seen, strict=True))[-looked.KEPT :]
+        latest = list(zip(names(), seen, strict=True))[-looked.MOST_SESSIONS :]
         assert all(sessions.look(name) is one for name, one in latest)
         assert sessions.look("s00") is not seen[0]
         with pytest.raises(Conflict, match="only looked at"):

@@ -7,11 +7,11 @@ from hypothesis import strategies as st
 
 from footfall.core.errors import InvalidInput
 from footfall.session.rover import past
-from footfall.session.rover.past import FRAMES, KEPT, QUANTITIES, Past
+from footfall.session.rover.past import FRAMES, KEPT_FOR, QUANTITIES, Past
 from tests.support.frames import any_frames, moving_frames
 
 NOW = 5000.0
-HEARD = st.lists(st.floats(0, KEPT), min_size=0, max_size=60).map(lambda ages: sorted(ages, reverse=True))
+HEARD = st.lists(st.floats(0, KEPT_FOR), min_size=0, max_size=60).map(lambda ages: sorted(ages, reverse=True))
 
 
 def filled(ages, frames):
@@ -21,7 +21,7 @@ def filled(ages, frames):
     return held
 
 
-@given(HEARD, st.floats(1, KEPT), st.floats(0, 0.9), st.integers(1, 40), st.sampled_from(sorted(QUANTITIES)))
+@given(HEARD, st.floats(1, KEPT_FOR), st.floats(0, 0.9), st.integers(1, 40), st.sampled_from(sorted(QUANTITIES)))
 def test_every_part_has_its_extremes_and_silent_parts_have_nothing(ages, since, share, parts, quantity):
     until = share * since
     frames = moving_frames(len(ages))
@@ -50,14 +50,14 @@ def test_every_part_has_its_extremes_and_silent_parts_have_nothing(ages, since, 
 def test_any_finite_numbers_of_a_rover_are_told_as_finite_ones(frames):
     held = filled(np.linspace(9, 0, len(frames)), frames)
     for quantity in QUANTITIES:
-        assert np.isfinite(held.looked_at(quantity, 0, 99, KEPT, 0.0, 50, NOW).numbers).all()
+        assert np.isfinite(held.looked_at(quantity, 0, 99, KEPT_FOR, 0.0, 50, NOW).numbers).all()
 
 
 def test_only_the_newest_are_kept(monkeypatch):
     monkeypatch.setattr(past, "FRAMES", 20)
     ages = np.linspace(50, 1, 50)
     frames = moving_frames(50)
-    told = filled(ages, frames).looked_at("position", 0, 1, KEPT, 0.0, 1000, NOW)
+    told = filled(ages, frames).looked_at("position", 0, 1, KEPT_FOR, 0.0, 1000, NOW)
     assert told.ages == pytest.approx(ages[-20:])
     assert told.numbers[0] == pytest.approx([frame.state.posture[0] for frame in frames[-20:]])
 
@@ -68,7 +68,7 @@ def test_one_peak_among_thousands_is_told():
     for number in range(FRAMES + 100):
         held.take(peak if number == 3000 else still, NOW - 0.09 * (FRAMES + 99 - number))
     top = int(np.argmax(peak.state.joint_torques - still.state.joint_torques))
-    told = held.looked_at("torque", top, 1, KEPT, 0.0, 30, NOW)
+    told = held.looked_at("torque", top, 1, KEPT_FOR, 0.0, 30, NOW)
     assert max(told.numbers[0]) == np.float32(peak.state.joint_torques[top])
     assert len(told.ages) == 2 * 28  # 558 s of 600, in parts of 20 s
 

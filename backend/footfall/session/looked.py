@@ -11,7 +11,7 @@ from footfall.session.live import LiveSession
 from footfall.session.storage.head import HEAD
 from footfall.session.storage.looked import LookedStore
 
-KEPT = 4
+MOST_SESSIONS = 4
 """Sessions that are kept in memory; each with up to two dozen values."""
 
 
@@ -39,7 +39,7 @@ class Looked:
             with self._guard:
                 self._kept[folder] = kept
                 self._kept.move_to_end(folder)
-                while len(self._kept) > KEPT:
+                while len(self._kept) > MOST_SESSIONS:
                     self._kept.popitem(last=False)
             return kept[1]
 

@@ -13,7 +13,7 @@ from starlette.types import ASGIApp, Message, Receive, Scope, Send
 from footfall.api.auth.who import IDENTITY
 from footfall.api.door.problems import problem
 
-KEPT = 1000
+MOST_ANSWERS = 1000
 LONGEST_KEY = 200
 
 
@@ -50,7 +50,7 @@ class Idempotency:
             return await _again(known, request)(scope, receive, send)
 
         answer = self._answers[place] = _Answer(request)
-        if (surplus := len(self._answers) - KEPT) > 0:
+        if (surplus := len(self._answers) - MOST_ANSWERS) > 0:
             # what is still being worked on must not be begun again
             ended = [one for one, kept in self._answers.items() if kept.complete]
             for oldest in ended[:surplus]:

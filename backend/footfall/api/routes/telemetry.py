@@ -14,14 +14,14 @@ from footfall.api.streams import telemetry_body
 from footfall.balance.tether import Tether
 from footfall.core.errors import InvalidTelemetry, NotFound
 from footfall.planning.stance.body_shift import PredictedState
-from footfall.session.rover.past import KEPT, MOST_PARTS, PastTelemetry
+from footfall.session.rover.past import KEPT_FOR, MOST_PARTS, PastTelemetry
 from footfall.telemetry.state import RobotState
 from footfall.terrain.dem import Dem
 
 router = Routes(tags=["telemetry"])
 
 QuantityName = Annotated[str, Query(description="torque, position, error, force, place or lean", max_length=20)]
-Age = Annotated[float, Query(description="how long ago [s]", allow_inf_nan=False, ge=0, le=KEPT)]
+Age = Annotated[float, Query(description="how long ago [s]", allow_inf_nan=False, ge=0, le=KEPT_FOR)]
 Channel = Annotated[int, Query(description="the first channel, from 0", ge=0, le=1000)]
 Channels = Annotated[int, Query(description="how many channels", ge=1, le=64)]
 Parts = Annotated[int, Query(description="parts that the time is cut into", ge=1, le=MOST_PARTS)]
@@ -59,7 +59,7 @@ def latest(live: OneSession) -> LatestTelemetry:
 def past(
     live: OneSession,
     quantity: QuantityName,
-    since: Age = KEPT,
+    since: Age = KEPT_FOR,
     until: Age = 0.0,
     first: Channel = 0,
     count: Channels = 1,

@@ -14,7 +14,7 @@ from footfall.core.value import Value
 from footfall.session.answers.jobs import JobInSummary, JobState
 from footfall.session.storage.interface import StoreRefused
 
-KEPT = 200
+MOST_ENDED = 200
 """Ended jobs that can still be asked for."""
 
 OnDone = Callable[["Job", Any], str]
@@ -185,7 +185,7 @@ class Records:
         with self._guard:
             self._jobs[job.id] = job
             ended = [one.id for one in self._jobs.values() if one.ended]
-            for old in ended[: max(0, len(ended) - KEPT)]:
+            for old in ended[: max(0, len(ended) - MOST_ENDED)]:
                 del self._jobs[old]
 
     def get(self, job_id: str) -> Job:

@@ -19,7 +19,7 @@ if TYPE_CHECKING:
 _T = TypeVar("_T")
 Key = tuple[str, ...]
 
-KEPT = 2
+MOST_VIEWS = 2
 """Snapshots whose views are kept: fifteen megabytes each."""
 SILHOUETTES = 18
 """Silhouettes that are kept: both cameras of nine pairs."""
@@ -67,7 +67,7 @@ class ImageViews:
 
     def _take(self, key: Key, job: Job, made: Any) -> str:
         with self._guard:
-            _keep(self._views, key, made, KEPT)
+            _keep(self._views, key, made, MOST_VIEWS)
         return ""
 
     def silhouette(self, live: LiveSession, snapshot: Snapshot, camera: Camera) -> NDArray[np.bool_]:

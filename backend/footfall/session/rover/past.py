@@ -18,7 +18,7 @@ from footfall.core.errors import InvalidInput
 from footfall.core.frames import rpy
 from footfall.telemetry.state import TelemetryFrame
 
-KEPT = 600.0
+KEPT_FOR = 600.0
 """How far back it goes [s]."""
 FRAMES = 6200
 """Of more the oldest go: ten a second for that long."""
@@ -84,8 +84,8 @@ class Past:
             raise InvalidInput(
                 f"there is no quantity {quantity!r}; there are {', '.join(QUANTITIES)}", quantity=quantity
             )
-        if not 0 <= until < since <= KEPT:
-            raise InvalidInput(f"the ages go from {KEPT:g} s at most down to 0 s", since=since, until=until)
+        if not 0 <= until < since <= KEPT_FOR:
+            raise InvalidInput(f"the ages go from {KEPT_FOR:g} s at most down to 0 s", since=since, until=until)
         now = time.monotonic() if now is None else now
         with self._guard:
             held = np.arange(max(0, self._count - FRAMES), self._count) % FRAMES
