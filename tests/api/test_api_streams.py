@@ -136,7 +136,7 @@ def test_a_listener_that_says_what_it_hears_is_never_further_behind(live, frames
     """Two are under way; of what comes until it has heard them, the newest goes on, and the rest is counted."""
 
     async def listen():
-        streams, box = Streams(), Mailbox(live.id, 50.0, ahead=2)
+        streams, box = Streams(), Mailbox(live.id, 50.0, most_unheard=2)
         stream = session_stream(live, streams, None, box)
         await anext(stream)
         got: list[int] = []

@@ -18,24 +18,23 @@ SLOW_AFTER = 1.0
 class Mailbox:
     """Messages from the session's threads to one event loop. Events queue; of telemetry only the newest stays.
 
-    session: whose. rate: most telemetry messages in a second. ahead: most of them that may be under way, where the
-    listener says what it has heard: however much the lines between would hold, it is never further behind. asker: the
-    account or address that listens; who: as which page; holds_conn: as holder of the conn; kept: at the place that is
-    kept for that. taken:
-    messages that went on to the listener; dropped: telemetry that gave way to newer; fell_behind: whether the listener
-    was let go because too much waited.
+    session: whose. rate: most telemetry messages in a second. most_unheard: most of them that may be under way, where
+    the listener says what it has heard: however much the lines between would hold, it is never further behind. asker:
+    the account or address that listens; who: as which page; holds_conn: as holder of the conn; kept: at the place that
+    is kept for that. taken: messages that went on to the listener; dropped: telemetry that gave way to newer;
+    fell_behind: whether the listener was let go because too much waited.
     """
 
     def __init__(
         self,
         session: str,
         rate: float,
-        ahead: int | None = None,
+        most_unheard: int | None = None,
         asker: str = "",
         holds_conn: bool = False,
         who: Identity = LOCAL,
     ) -> None:
-        self.session, self.rate, self.ahead, self.number = session, rate, ahead, 0
+        self.session, self.rate, self.most_unheard, self.number = session, rate, most_unheard, 0
         self.asker, self.holds_conn, self.kept, self.who = asker, holds_conn, False, who
         self.taken = self.dropped = 0
         self.fell_behind = False
@@ -118,10 +117,10 @@ class Mailbox:
                 self._queue.clear()
                 self._oldest = None
                 wait = self._next_telemetry - time.monotonic()
-                free = self.ahead is None or len(self._unheard) < self.ahead
+                free = self.most_unheard is None or len(self._unheard) < self.most_unheard
                 if self._telemetry is not None and free and wait <= 0:
                     taken.append(self._telemetry)
-                    if self.ahead is not None:
+                    if self.most_unheard is not None:
                         self._unheard.append(self._telemetry["frame"].number)
                     self._telemetry = None
                     self._next_telemetry = time.monotonic() + 1.0 / self.rate

@@ -30,7 +30,7 @@ RATES = (0.1, 50.0)
 """Rates that a listener may ask for [1/s]."""
 RETRY_AFTER = 10
 """A listener that there was no room for may ask again after so long [s]."""
-AHEADS = (1, 100)
+UNHEARD_ALLOWED = (1, 100)
 """How much telemetry a listener that says what it hears may let be under way."""
 
 
@@ -207,8 +207,8 @@ Rate = Annotated[
 Ahead = Annotated[
     int | None,
     Query(
-        ge=AHEADS[0],
-        le=AHEADS[1],
+        ge=UNHEARD_ALLOWED[0],
+        le=UNHEARD_ALLOWED[1],
         description='most telemetry messages under way; the listener says of each {"heard": number} when it has it',
     ),
 ]

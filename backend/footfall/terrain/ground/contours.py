@@ -11,7 +11,7 @@ STEPS = (0.1, 0.2, 0.5)
 """From one line to the next [m], or ten, a hundred, … times as far."""
 MOST_LEVELS = 20
 """That the ground is cut at, by the step that is chosen for it."""
-AHEAD = 1e-9
+LIFTED_BY = 1e-9
 """Corners at a level count as this much above it [m]: a flat triangle at a level has no line."""
 
 Array = NDArray[np.float64]
@@ -49,7 +49,7 @@ def contours(dem: Dem, step: float) -> Array:
 
 def _cut(corners: Array, level: Array) -> Array:
     """Where the planes z = level (n,) cut triangles (n, 3, 3), each of which has a corner below and one not below."""
-    above = corners[..., 2] + AHEAD >= level[:, None]
+    above = corners[..., 2] + LIFTED_BY >= level[:, None]
     # the corner that is alone on its side: two edges leave it through the plane
     alone = np.argmax(above == (above.sum(axis=1) == 1)[:, None], axis=1)
     rows = np.arange(len(corners))

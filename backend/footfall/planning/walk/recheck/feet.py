@@ -102,7 +102,7 @@ class Branches:
     def __init__(self, plan: Motion) -> None:
         self.plan, self.fault = plan, ""
 
-    def kept(self, stretch: Stretch) -> None:
+    def look(self, stretch: Stretch) -> None:
         stance, count = self.plan.stances[stretch.move], len(stretch.qs)
         for leg in stretch.standing:
             self._compare(stretch, leg, stance, np.arange(count))

@@ -68,7 +68,7 @@ def recheck_walk(
     for stretch in stretches(carrying, plan, every):
         pulse()
         contacts.stood(stretch)
-        branches.kept(stretch)
+        branches.look(stretch)
         holding.look(stretch, pulse)
         clearances.look(stretch, pulse)
         if tethering is not None:
