@@ -32,8 +32,8 @@ from footfall.session.loop_settings import LoopSettings
 from footfall.session.registry import Sessions
 from footfall.sim.physics.referee import moved_legs
 from footfall.sim.physics.rover import PhysicalRover
+from footfall.sim.physics.run_observer import RunObserver
 from footfall.sim.physics.settings import TIME_STEP, PhysicsSettings
-from footfall.sim.physics.watch import Watch
 from footfall.sim.render import render_snapshot
 from footfall.telemetry.link import CommandMessage, ImageRequestMessage, QueryMessage, StopMessage, decode
 from footfall.terrain.dem import Dem
@@ -53,7 +53,7 @@ class LinkedRover:
 
     def __init__(self, live: LiveSession, rover: PhysicalRover, diary: Diary, seed: int, scale: float) -> None:
         self._live, self._rover, self._diary, self._seed, self._scale = live, rover, diary, seed, scale
-        self.watch = Watch(rover, {})
+        self.watch = RunObserver(rover, {})
         self._inbox: queue.Queue[str] = queue.Queue()
         self._closing = threading.Event()
         self._images = self._told = 0

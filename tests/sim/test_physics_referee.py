@@ -14,9 +14,9 @@ from footfall.sequence.commands import Command, Sequence
 from footfall.sequence.predict import predict
 from footfall.sim.physics.referee import referee
 from footfall.sim.physics.rover import PhysicalRover
+from footfall.sim.physics.run_observer import RunObserver
 from footfall.sim.physics.settings import TIME_STEP, Noise, PhysicsSettings
 from footfall.sim.physics.verdict import RefereeReport, RefereeSettings
-from footfall.sim.physics.watch import Watch
 from footfall.telemetry.link import CommandMessage
 from footfall.telemetry.state import RobotState
 from footfall.terrain.dem import Dem
@@ -184,10 +184,10 @@ def test_two_legs_that_meet_are_named(athlete, flat, on_flat):
     assert any("leg0" in text and "leg1" in text and "touched" in text for text in report.failures)
 
 
-def watched(robot, dem, state, target, duration: float, settings: PhysicsSettings) -> tuple[Watch, np.ndarray]:
+def watched(robot, dem, state, target, duration: float, settings: PhysicsSettings) -> tuple[RunObserver, np.ndarray]:
     """A posture move under watch, and how far each hub has gone in the site (legs, 3)."""
     rover = PhysicalRover(robot, dem, state, settings)
-    watch = Watch(rover, {})
+    watch = RunObserver(rover, {})
     hubs = apply(rover.T_site_base, wheel_centers(robot, rover.posture))
     rover.command(CommandMessage("c", "s", 0, "POSTURE_MOVE", None, target, duration))
     for _ in range(round((duration + 0.5) / TIME_STEP)):
@@ -291,7 +291,7 @@ def test_parts_that_do_not_fit_are_refused(athlete, flat, on_flat, step):
 def test_clearance_is_the_least_height_of_the_leg_over_the_ground(athlete, flat, on_flat):
     """By an independent way: the wheel is the lowest part, a drum whose rim is known."""
     rover = PhysicalRover(athlete, flat, on_flat, PhysicsSettings(gravity=1.62))
-    watch = Watch(rover, {})
+    watch = RunObserver(rover, {})
     up = moved(athlete, 0, rover.commanded[:6], (0, 0, 0.2))
     rover.command(CommandMessage("c", "s", 0, "LEG_MOVE", 0, up, 2.0))
     rover.step(3.0)

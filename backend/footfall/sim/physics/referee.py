@@ -13,9 +13,9 @@ from footfall.robot.model import Robot
 from footfall.sequence.commands import Sequence
 from footfall.sequence.feet import feet
 from footfall.sim.physics.rover import PhysicalRover
+from footfall.sim.physics.run_observer import RunObserver
 from footfall.sim.physics.settings import TIME_STEP
 from footfall.sim.physics.verdict import RefereeReport, RefereeSettings, failures
-from footfall.sim.physics.watch import Watch
 from footfall.telemetry.command_kinds import WAIT
 from footfall.telemetry.link import AckMessage, CommandMessage
 from footfall.telemetry.state import RobotState
@@ -64,7 +64,7 @@ def referee(
     aims = (
         _goals(robot, sequence, dem) if goals is None else {leg: np.asarray(goal, float) for leg, goal in goals.items()}
     )
-    watch = Watch(rover, aims)
+    watch = RunObserver(rover, aims)
     moved = moved_legs(sequence)
     first = rover.T_site_base
     if expected is None and sequence.Ts_site_base is not None:
@@ -191,7 +191,7 @@ def _message(sequence: Sequence, row: int) -> CommandMessage:
 
 
 def _carry_out(
-    rover: PhysicalRover, watch: Watch, message: CommandMessage, begin: Array, end: Array
+    rover: PhysicalRover, watch: RunObserver, message: CommandMessage, begin: Array, end: Array
 ) -> tuple[AckMessage, float]:
     """What became of a command, and how far the chassis was from going straight from ``begin`` to ``end`` [m]."""
     said = rover.command(message)
@@ -207,7 +207,7 @@ def _carry_out(
     return said[-1], far
 
 
-def _touch(robot: Robot, watch: Watch, goals: Mapping[int, Array]) -> Array:
+def _touch(robot: Robot, watch: RunObserver, goals: Mapping[int, Array]) -> Array:
     off = np.full(robot.leg_count, np.nan)
     for leg, goal in goals.items():
         place = watch.standing(leg)

@@ -52,8 +52,8 @@ class WheelEvent(Value):
     off: float
 
 
-@value
-class Contact(Value):
+@value(stored_as="Contact")
+class UnplannedContact(Value):
     """A contact that nobody planned, from its first moment to its last. force: the largest [N]. row: when it began.
 
     link_a, link_b: as the collision checks name them. start, end: since the start of the run [s].
@@ -94,7 +94,7 @@ class RefereeReport(Value):
     Ts_site_base: NDArray[np.float64]
     settled: NDArray[np.float64]
     events: tuple[WheelEvent, ...]
-    contacts: tuple[Contact, ...]
+    contacts: tuple[UnplannedContact, ...]
     touch: NDArray[np.float64]
     clearance: float
     slip: NDArray[np.float64]

@@ -10,7 +10,7 @@ from footfall.robot.kinematics import leg_link_poses
 from footfall.sim.physics.contacts import Touches, crossed, on_wheels
 from footfall.sim.physics.rover import PhysicalRover
 from footfall.sim.physics.settings import TIME_STEP
-from footfall.sim.physics.verdict import Contact, WheelEvent
+from footfall.sim.physics.verdict import UnplannedContact, WheelEvent
 from footfall.terrain.ground.surface import height_at
 
 Array = NDArray[np.float64]
@@ -39,7 +39,7 @@ class _Wheel:
     since: float | None = None
 
 
-class Watch:
+class RunObserver:
     """Call :meth:`row` when a command begins and :meth:`look` after every time step.
 
     goals: leg → (2 or 3,) where its wheel is to come down, site [m].
@@ -54,8 +54,8 @@ class Watch:
         self.slip, self.drag = np.zeros(legs), np.zeros(legs)
         self.torque, self.least_load = np.zeros(6 * legs), np.full(legs, np.inf)
         self.clearance = np.nan
-        self._contacts: dict[tuple[str, str], Contact] = {}
-        self._over: list[Contact] = []
+        self._contacts: dict[tuple[str, str], UnplannedContact] = {}
+        self._over: list[UnplannedContact] = []
         self._row, self._leg, self._swings = 0, None, False
         self._looks = 0
         forces, points = self._on_wheels(rover.touches())
@@ -68,7 +68,7 @@ class Watch:
         self._path = np.zeros((legs, 3))
 
     @property
-    def contacts(self) -> list[Contact]:
+    def contacts(self) -> list[UnplannedContact]:
         """Contacts that nobody planned, in the order of their beginning."""
         return sorted([*self._over, *self._contacts.values()], key=lambda one: (one.start, one.link_a, one.link_b))
 
@@ -159,7 +159,7 @@ class Watch:
         for pair, force in forces.items():
             known = self._contacts.get(pair)
             start, row, peak = (self.now, self._row, 0.0) if known is None else (known.start, known.row, known.force)
-            self._contacts[pair] = Contact(*pair, row=row, start=start, end=self.now, force=max(peak, force))
+            self._contacts[pair] = UnplannedContact(*pair, row=row, start=start, end=self.now, force=max(peak, force))
 
     def _height(self, leg: int) -> float:
         """Least height of the leg's corners over the ground straight below them [m]; NaN where that is unknown."""
