@@ -28,7 +28,7 @@ LIFTED = 0.25
 
 
 @dataclass(frozen=True)
-class Stance:
+class RandomStance:
     """true: where the rover is; measured: the same with the joint angles that its encoders give.
 
     rocks: (n, 4) as x, y, diameter, height, one beside each wheel. lifted: the leg in the air, or None. ground: the
@@ -48,7 +48,9 @@ class Stance:
         return apply(self.true.T_site_base, wheel_centers(robot(), self.true.posture))
 
 
-def random_stance(seed: int, rock_diameter: float = 0.2, encoder_sd: float = ENCODER_SD, sag: float = SAG) -> Stance:
+def random_stance(
+    seed: int, rock_diameter: float = 0.2, encoder_sd: float = ENCODER_SD, sag: float = SAG
+) -> RandomStance:
     """Wheels at random places of rolling ground, chassis level at a random height, a rock beside each wheel."""
     rng = np.random.default_rng(seed)
     ground = fractal(size=12.0, resolution=0.02, roughness=0.05, hurst=0.9, seed=seed)
@@ -64,7 +66,7 @@ def random_stance(seed: int, rock_diameter: float = 0.2, encoder_sd: float = ENC
     for leg in robot().legs:
         if leg != lifted:
             encoders[6 * leg : 6 * leg + 6] -= deflection(posture, leg, sag)
-    return Stance(
+    return RandomStance(
         ground, add_rocks(ground, rocks), _state(posture, T_site_base), _state(encoders, T_site_base), rocks, lifted
     )
 

@@ -20,7 +20,7 @@ from benchmarks.steps.search import raw_search
 from benchmarks.timing import SEED, Figure
 from footfall.core.frames import apply
 from footfall.maps.layers import REACHABLE_STABLE
-from footfall.planning.step.footing import Stance, ground_near
+from footfall.planning.step.footing import LegStance, ground_near
 from footfall.planning.step.ground import Nearby
 from footfall.planning.step.problem import PlanResult, Status, StepSettings
 from footfall.planning.step.situation import Situation
@@ -71,7 +71,7 @@ def obstructed(dem: Dem, state: RobotState, count: int) -> list[tuple[int, float
 def raw(dem: Dem, state: RobotState, problem: tuple[int, float, float]) -> float | None:
     """Seconds of the compiled search alone, between the lifted ends of an obstructed step; None where it finds none."""
     leg = problem[0]
-    plan, ground = timed(dem, state, problem, "auto")[1].plan, ground_near(Stance(robot(), dem, state, leg))
+    plan, ground = timed(dem, state, problem, "auto")[1].plan, ground_near(LegStance(robot(), dem, state, leg))
     if plan is None or not isinstance(ground, Nearby):
         return None
     path = swing(plan)

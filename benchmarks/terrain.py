@@ -15,7 +15,7 @@ import numpy as np
 from benchmarks import terrain_memory
 from benchmarks.ground_truth import cells_seen, pixels_across, true_heights
 from benchmarks.scenes import robot, rocks, standing
-from benchmarks.stances import Stance, random_stance
+from benchmarks.stances import RandomStance, random_stance
 from benchmarks.timing import SEED, Figure, paired, seconds
 from footfall.io.image_files import read_image, read_pair
 from footfall.maps.layers import MapSettings
@@ -184,13 +184,13 @@ def _within(dem: Dem, xy: np.ndarray, radius: float) -> np.ndarray:
     return np.hypot(x - xy[0], y - xy[1]) < radius
 
 
-def _standing_out(stance: Stance, dem: Dem, truth: np.ndarray) -> int:
+def _standing_out(stance: RandomStance, dem: Dem, truth: np.ndarray) -> int:
     """Cells beside a wheel that stand above the truth."""
     at_wheels = np.any([_within(dem, wheel[:2], AT_WHEEL) for wheel in stance.wheels], axis=0)
     return int((dem.heights[at_wheels] - truth[at_wheels] > STANDS_OUT).sum())
 
 
-def _rocks(stance: Stance, dem: Dem) -> Iterator[tuple[np.ndarray, tuple[np.ndarray, np.ndarray]]]:
+def _rocks(stance: RandomStance, dem: Dem) -> Iterator[tuple[np.ndarray, tuple[np.ndarray, np.ndarray]]]:
     """Of each rock the cells of the map, bool, and the x and y of their middles, (n,) each."""
     x, y = np.meshgrid(dem.geometry.xs, dem.geometry.ys)
     for *xy, diameter, _ in stance.rocks:
@@ -202,7 +202,7 @@ def _highest(dem: Dem, on: np.ndarray) -> float:
     return float(np.nanmax(dem.heights[on], initial=-np.inf))
 
 
-def _belly_finer(stance: Stance, seed: int, effects: str) -> tuple[ImagePair, ...]:
+def _belly_finer(stance: RandomStance, seed: int, effects: str) -> tuple[ImagePair, ...]:
     """What the pairs that look across the belly would see with twice the pixels along each side."""
     finer = render_snapshot(
         robot(), stance.true, stance.world, seed=seed, effects=PRESETS[effects], pairs=BELLY, scale=2.0

@@ -15,7 +15,7 @@ from benchmarks.steps.figures import SOLVED_IN, chosen
 from benchmarks.steps.problem import StepProblem, build
 from benchmarks.steps.quality import planned, swing
 from benchmarks.steps.search import raw_search
-from footfall.planning.step.footing import Stance, ground_near
+from footfall.planning.step.footing import LegStance, ground_near
 from footfall.planning.step.ground import Nearby
 from footfall.planning.step.problem import StepSettings
 from footfall.planning.step.situation import Situation
@@ -54,7 +54,7 @@ def in_turn(problem: StepProblem) -> list[float]:
     """Mean seconds of each of ASKED; empty where no step was planned or a search found nothing."""
     scene = build(problem)
     plan = planned(problem, scene, "auto", 10 * SOLVED_IN).result.plan
-    near = ground_near(Stance(scene.robot, scene.dem, scene.state, problem.leg))
+    near = ground_near(LegStance(scene.robot, scene.dem, scene.state, problem.leg))
     if plan is None or not isinstance(near, Nearby):
         return []
     path = swing(plan)

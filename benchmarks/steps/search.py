@@ -16,7 +16,7 @@ from benchmarks.steps.problem import Scene, StepProblem
 from footfall.planning.step import with_ompl
 from footfall.planning.step.edges import Space, samples
 from footfall.planning.step.fast import escaped, searched
-from footfall.planning.step.footing import Stance, ground_near, impossible
+from footfall.planning.step.footing import LegStance, ground_near, impossible
 from footfall.planning.step.ground import Contact, Nearby, footfall_contact
 from footfall.planning.step.lift import branch_of, vertical
 from footfall.planning.step.problem import StepSettings
@@ -81,7 +81,7 @@ def pose(problem: StepProblem, scene: Scene) -> Posed | str:
     contact = footfall_contact(robot, dem, *problem.target)
     if not isinstance(contact, Contact):
         return contact.reason
-    stance = Stance(robot, dem, state, leg)
+    stance = LegStance(robot, dem, state, leg)
     objection = impossible(stance)
     if objection:
         return objection
@@ -102,7 +102,7 @@ def pose(problem: StepProblem, scene: Scene) -> Posed | str:
 
 def situation_of(problem: StepProblem, scene: Scene) -> Situation:
     """The tests of the moving leg's postures, with the usual settings. Raises RuntimeError where no ground is known."""
-    ground = ground_near(Stance(scene.robot, scene.dem, scene.state, problem.leg))
+    ground = ground_near(LegStance(scene.robot, scene.dem, scene.state, problem.leg))
     if not isinstance(ground, Nearby):
         raise RuntimeError(f"{problem.name}: {ground.reason}")
     return Situation(scene.robot, scene.dem, scene.state, problem.leg, ground, StepSettings())

@@ -47,7 +47,7 @@ ARM = 0.1
 
 
 @dataclass(frozen=True)
-class Stance:
+class DrawnStance:
     """support: what the wheels hold; com: the centre of mass; foot: under it at the wheels' mean height, site (3,) [m].
 
     margins: outline → [m], −inf where nothing is held, NaN where not known.
@@ -80,17 +80,17 @@ class Stance:
         return ", ".join(told)
 
 
-def stance_of(robot: Robot, state: RobotState, dem: Dem | None = None) -> Stance:
+def stance_of(robot: Robot, state: RobotState, dem: Dem | None = None) -> DrawnStance:
     """Of the wheels that bear load; without a terrain nothing is known of friction."""
     return over(robot, state, support_of(robot, dem, state.posture, state.T_site_base, bearing(robot, state)))
 
 
-def over(robot: Robot, state: RobotState, support: Support) -> Stance:
+def over(robot: Robot, state: RobotState, support: Support) -> DrawnStance:
     """The centre of mass of a state over what some wheels hold."""
     com = apply(state.T_site_base, center_of_mass(robot, state.posture))
     z = float(support.points[:, 2].mean()) if len(support.points) else float(state.T_site_base[2, 3])
     margins = {name: float(found[0]) for name, found in support.margins(com[None, :2]).items()}
-    return Stance(support, com, np.array([com[0], com[1], z]), margins)
+    return DrawnStance(support, com, np.array([com[0], com[1], z]), margins)
 
 
 def dashes(ring: Array, dash: float, gap: float) -> Array:

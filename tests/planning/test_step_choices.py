@@ -16,7 +16,7 @@ from footfall.planning.step import escape as escape_module
 from footfall.planning.step.alternatives import CLEARER, HIGHER, KINDS, asked_otherwise
 from footfall.planning.step.edges import length
 from footfall.planning.step.escape import FINEST, LIFTS, find_escape
-from footfall.planning.step.footing import Stance, ground_near
+from footfall.planning.step.footing import LegStance, ground_near
 from footfall.planning.step.ground import Nearby
 from footfall.planning.step.lift import branch_of, vertical
 from footfall.planning.step.plan import plan_step
@@ -195,7 +195,7 @@ def test_points_that_can_not_be_are_named(athlete, rocky):
 def test_a_sunk_wheel_is_offered_the_smallest_ways_out(athlete, by):
     dem = wavy(half=4.0, resolution=0.05)
     state = turned(stand(athlete, dem), 1, by)
-    stance = Stance(athlete, dem, state, 0)
+    stance = LegStance(athlete, dem, state, 0)
     near = ground_near(stance)
     assert isinstance(near, Nearby)
     situation = Situation(athlete, dem, state, 0, near, StepSettings())
@@ -228,7 +228,7 @@ def test_a_sunk_wheel_is_offered_the_smallest_ways_out(athlete, by):
 def test_looking_beside_the_best_way_out_makes_it_shorter(athlete, monkeypatch):
     dem = wavy(half=4.0, resolution=0.05)
     state = turned(stand(athlete, dem), 1, 0.2)
-    near = ground_near(Stance(athlete, dem, state, 0))
+    near = ground_near(LegStance(athlete, dem, state, 0))
     assert isinstance(near, Nearby)
     situation, q = Situation(athlete, dem, state, 0, near, StepSettings()), np.array(state.leg(0))
     found_so = find_escape(situation, q)

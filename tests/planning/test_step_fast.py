@@ -25,7 +25,7 @@ from footfall.planning.step import ground_tiles
 from footfall.planning.step.certificate import Certificate
 from footfall.planning.step.edges import Space, largest_change, length, samples
 from footfall.planning.step.fast import fast
-from footfall.planning.step.footing import Stance, ground_near
+from footfall.planning.step.footing import LegStance, ground_near
 from footfall.planning.step.ground import Nearby
 from footfall.planning.step.latest_results import LatestResults
 from footfall.planning.step.leg_free_kernel import balance_bend, balanced_span, edge_is_sure, margin_at
@@ -71,7 +71,7 @@ def rocky(athlete):
 
 
 def situation_of(robot, dem, state, leg=0, **asked):
-    near = ground_near(Stance(robot, dem, state, leg))
+    near = ground_near(LegStance(robot, dem, state, leg))
     assert isinstance(near, Nearby)
     return Situation(robot, dem, state, leg, near, StepSettings(**asked))
 
@@ -323,7 +323,7 @@ def test_a_step_builds_the_ground_it_comes_near_to(athlete):
     ground_tiles._hierarchy.cache_clear()
     result = plan_step(athlete, dem, state, 0, (2.05, 0.45), planner="line")
     assert result.status is Status.FOUND, result.reason
-    near = ground_near(Stance(athlete, dem, state, 0))
+    near = ground_near(LegStance(athlete, dem, state, 0))
     assert isinstance(near, Nearby)
     every = near.tiles.distances(np.zeros((1, 3)), np.zeros((1, 3))).shape[1]
     assert 0 < ground_tiles._hierarchy.cache_info().misses < every / 3
@@ -554,7 +554,7 @@ def test_another_ground_is_not_mistaken_for_the_last(athlete):
     copies = [unflatten(*flatten(one)) for one in (open_dem, state)]
     assert isinstance(copies[0], Dem)
     assert isinstance(copies[1], RobotState)
-    same = Stance(athlete, open_dem, state, 0), Stance(athlete, copies[0], copies[1], 0)
+    same = LegStance(athlete, open_dem, state, 0), LegStance(athlete, copies[0], copies[1], 0)
     assert same[0].content == same[1].content
     assert ground_near(same[0]) is ground_near(same[1])
 

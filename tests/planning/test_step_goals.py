@@ -8,7 +8,7 @@ from hypothesis import strategies as st
 from footfall.core.errors import InvalidInput
 from footfall.core.value import flatten, unflatten
 from footfall.planning.stance.stand import stand
-from footfall.planning.step.footing import Stance, ground_near
+from footfall.planning.step.footing import LegStance, ground_near
 from footfall.planning.step.goals import ALIKE, Goals
 from footfall.planning.step.ground import Contact, Nearby, footfall_contact
 from footfall.planning.step.lift import branch_of, vertical
@@ -38,7 +38,7 @@ class Asked:
 
     def __init__(self, robot, place, leg, target, **asked):
         dem, state = place
-        self.stance = Stance(robot, dem, state, leg)
+        self.stance = LegStance(robot, dem, state, leg)
         near, contact = ground_near(self.stance), footfall_contact(robot, dem, *target)
         assert isinstance(near, Nearby)
         assert isinstance(contact, Contact)

@@ -12,7 +12,7 @@ from footfall.balance.torques import torque_check
 from footfall.core.frames import apply
 from footfall.planning.stance.stand import stand
 from footfall.planning.step import lift_off as lift_off_module
-from footfall.planning.step.footing import Stance, standing_feet
+from footfall.planning.step.footing import LegStance, standing_feet
 from footfall.planning.step.held import unheld, unheld_lift
 from footfall.planning.step.plan import plan_step
 from footfall.planning.step.problem import Status, StepSettings
@@ -64,7 +64,7 @@ def test_too_little_friction_is_refused_at_once_with_how_much_would_do(athlete, 
     told = re.search(r"friction of (\d\.\d\d) would do", result.reason)
     assert told is not None
     enough = float(told[1])
-    feet = standing_feet(Stance(athlete, dem, state, leg))
+    feet = standing_feet(LegStance(athlete, dem, state, leg))
     q = np.array(state.posture)
     assert can_hold(athlete, state, feet, q, enough)
     assert not can_hold(athlete, state, feet, q, enough - 0.01)
@@ -85,7 +85,7 @@ def test_a_load_over_one_side_is_refused_with_a_shift_that_helps(athlete, no_sea
     assert told is not None, result.reason
     size, dx, dy = (float(one) for one in told.groups())
     assert np.hypot(dx, dy) == pytest.approx(size, abs=0.01)
-    feet = standing_feet(Stance(robot, dem, state, leg))
+    feet = standing_feet(LegStance(robot, dem, state, leg))
     for share, held in ((0.8, False), (1.2, True)):
         com = apply(state.T_site_base, center_of_mass(robot, state.posture)) + share * np.array([dx, dy, 0.0])
         assert (distribute(feet.points, feet.normals, com, robot.mass, friction=0.6) is not None) == held
@@ -96,7 +96,7 @@ def test_a_weak_motor_is_named_with_its_size_and_less_load_advised_where_it_help
     state = stand(athlete, dem)
     leg = 1
     others = [one for one in athlete.legs if one != leg]
-    feet = standing_feet(Stance(athlete, dem, state, leg))
+    feet = standing_feet(LegStance(athlete, dem, state, leg))
     bare = torque_check(athlete, state.posture, state.T_site_base, others, feet.normals, BalanceSettings())
     # motors that just hold the rover alone
     limits = athlete.torque_limits * bare.ratio * 1.05
@@ -120,7 +120,7 @@ def test_a_weak_motor_is_named_with_its_size_and_less_load_advised_where_it_help
 def test_the_whole_lift_is_asked_not_its_beginning_alone(athlete):
     dem = slope(0.0)
     state = stand(athlete, dem)
-    stance = Stance(athlete, dem, state, 0)
+    stance = LegStance(athlete, dem, state, 0)
     q = np.array(state.leg(0))
     out = q.copy()
     out[1] -= 0.6
@@ -137,7 +137,7 @@ def test_the_whole_lift_is_asked_not_its_beginning_alone(athlete):
         for one in up
     ]
     weak = Robot(replace(athlete.description, torque_limits=athlete.torque_limits * max(ratios) * 0.999))
-    stance = Stance(weak, dem, state, 0)
+    stance = LegStance(weak, dem, state, 0)
     told = unheld_lift(stance, 0.6, up)
     assert told is not None
     assert (int(np.argmax(ratios)) == 0) == ("of the way up" not in told[0])
@@ -149,4 +149,4 @@ def test_a_stance_that_holds_is_not_refused(athlete):
     dem = slope(0.1)
     state = stand(athlete, dem)
     for leg in athlete.legs:
-        assert unheld_lift(Stance(athlete, dem, state, leg), 0.6, np.array(state.leg(leg))[None]) is None
+        assert unheld_lift(LegStance(athlete, dem, state, leg), 0.6, np.array(state.leg(leg))[None]) is None

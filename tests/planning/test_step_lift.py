@@ -8,7 +8,7 @@ import pytest
 from footfall.core.frames import apply, inverse, rotation_rpy, transform
 from footfall.planning.stance.stand import stand
 from footfall.planning.step.edges import samples
-from footfall.planning.step.footing import Stance, ground_near
+from footfall.planning.step.footing import LegStance, ground_near
 from footfall.planning.step.ground import Nearby
 from footfall.planning.step.lift import LARGEST_STEP, branch_of, vertical
 from footfall.planning.step.lift_kernel import followed, nearest_branch, off_line
@@ -88,7 +88,7 @@ def test_wheels_stand_upright_on_many_contacts_as_on_one(athlete, rng):
 def test_a_way_up_proven_in_a_few_looks_is_free_for_the_meshes(athlete):
     dem = plane(size=6.0, resolution=0.05)
     state, leg, asked = stand(athlete, dem), 1, []
-    ground = ground_near(Stance(athlete, dem, state, leg))
+    ground = ground_near(LegStance(athlete, dem, state, leg))
     assert isinstance(ground, Nearby)
     situation = Situation(athlete, dem, state, leg, ground, StepSettings())
     meshes = CollisionScene(athlete, state.posture, leg, state.T_site_base, ground.mesh)

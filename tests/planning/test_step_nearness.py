@@ -6,10 +6,10 @@ import pytest
 
 from footfall.planning.stance.stand import stand
 from footfall.planning.step import leg_over_ground, solids
-from footfall.planning.step.footing import Stance, ground_near
+from footfall.planning.step.footing import LegStance, ground_near
 from footfall.planning.step.ground import Nearby
 from footfall.planning.step.leg_over_ground import LegOverGround
-from footfall.planning.step.solids import FAR, Solids, leg_poses
+from footfall.planning.step.solids import FAR, LegAlongPath, leg_poses
 from footfall.robot.bvh import bvh
 from footfall.robot.description import PARTS, with_payload
 from footfall.robot.kinematics import link_poses
@@ -48,7 +48,7 @@ def test_the_gap_to_the_ground_is_the_least_of_all_distances(
     athlete, standing, rng, monkeypatch, leg, clearance, touching
 ):
     dem, state = standing
-    near = ground_near(Stance(athlete, dem, state, leg))
+    near = ground_near(LegStance(athlete, dem, state, leg))
     assert isinstance(near, Nearby)
     over_ground = LegOverGround(athlete, leg, np.asarray(state.T_site_base), near, clearance)
     whole, asked = bvh(near.mesh), []
@@ -85,7 +85,7 @@ def test_the_gap_of_the_rover_is_the_least_of_all_pairs(athlete, standing, rng, 
     _, state = standing
     robot = Robot(with_payload(athlete.description, payload, (1.0, 1.0, 0.5), (0.0, 0.0, -0.5)))
     posture, deltas, meshes = np.asarray(state.posture), robot.description.clearances, robot.description.meshes
-    own, asked, measured = Solids(robot, posture, leg, 0.01), [], solids.measured
+    own, asked, measured = LegAlongPath(robot, posture, leg, 0.01), [], solids.measured
     monkeypatch.setattr(solids, "measured", lambda *some: asked.append(1) or measured(*some))
     count = 0
     for _ in range(4):

@@ -17,7 +17,7 @@ from footfall.planning.step.lift import raised_poses, vertical
 from footfall.planning.step.plan import plan_step
 from footfall.planning.step.problem import Status, StepSettings
 from footfall.planning.step.situation import Situation
-from footfall.planning.step.solids import Solids, part_poses
+from footfall.planning.step.solids import LegAlongPath, part_poses
 from footfall.planning.step.start import start_objection
 from footfall.planning.step.target import candidates
 from footfall.planning.step.verify import recheck
@@ -368,7 +368,7 @@ def test_scene_and_recheck_agree_about_single_postures(athlete, rocky, rng):
     dem, state = rocky
     whole = around_leg_0(dem)
     situation = Situation(athlete, dem, state, 0, whole, StepSettings())
-    solids = Solids(athlete, np.asarray(state.posture), 0, 0.0)
+    solids = LegAlongPath(athlete, np.asarray(state.posture), 0, 0.0)
     over_ground = LegOverGround(athlete, 0, np.asarray(state.T_site_base), whole, 0.0)
     scene = CollisionScene(athlete, state.posture, 0, state.T_site_base, whole.mesh, 0.0, 0.15)
     base = np.array(state.leg(0))

@@ -11,7 +11,7 @@ from benchmarks.steps.problem import build
 from benchmarks.steps.quality import swing
 from benchmarks.steps.search import unsure_ends
 from footfall.core.value import flatten, unflatten
-from footfall.planning.step.footing import Stance, ground_near
+from footfall.planning.step.footing import LegStance, ground_near
 from footfall.planning.step.ground import Nearby
 from footfall.planning.step.problem import Status, StepSettings
 from footfall.planning.step.situation import RAISED, Situation
@@ -31,7 +31,7 @@ def test_the_ends_of_a_swing_over_steep_ground_are_sure(seed):
         result = footfall.plan_step(scene.robot, scene.dem, scene.state, one.leg, one.target, settings=settings)
         assert result.status is Status.FOUND
         assert all(check.holds for check in result.checks)
-        near = ground_near(Stance(scene.robot, scene.dem, scene.state, one.leg))
+        near = ground_near(LegStance(scene.robot, scene.dem, scene.state, one.leg))
         assert isinstance(near, Nearby)
         situation = Situation(scene.robot, scene.dem, scene.state, one.leg, near, settings)
         assert result.plan is not None

@@ -41,7 +41,7 @@ RESERVE_ADVICE = {
 
 
 @dataclass(frozen=True)
-class Stance:
+class StandingRover:
     """The rover as it stands: legs ``standing`` on ``feet``; body.ground: the ground around, without holes."""
 
     robot: Robot
@@ -117,7 +117,9 @@ def _planned(
     return found if isinstance(found, No) else (plan_of(stance, shift, found, provenance), found.checks)
 
 
-def stance_of(robot: Robot, dem: Dem, state: RobotState, clearance: float, reach_out: float = 0.0) -> Stance | No:
+def stance_of(
+    robot: Robot, dem: Dem, state: RobotState, clearance: float, reach_out: float = 0.0
+) -> StandingRover | No:
     """The rover as it stands, or why it can't stand so. reach_out: ground seen so far beyond feet and chassis [m]."""
     state = state_inside(robot, state)
     q = np.asarray(state.posture)
@@ -139,10 +141,10 @@ def stance_of(robot: Robot, dem: Dem, state: RobotState, clearance: float, reach
     ground = nearby(dem, center, max(chassis, wheels) + FAR + reach_out, feet.points)
     if isinstance(ground, Refused):
         return No(ground.status, ground.reason)
-    return Stance(robot, state, tuple(down), feet, WholeBody(robot, ground, clearance))
+    return StandingRover(robot, state, tuple(down), feet, WholeBody(robot, ground, clearance))
 
 
-def move(stance: Stance, shift: BodyShift, settings: BodyMoveSettings, watch: Watch) -> Move | No:
+def move(stance: StandingRover, shift: BodyShift, settings: BodyMoveSettings, watch: Watch) -> Move | No:
     """The move that ``shift`` asks for, every check of it holding, or what prevents it."""
     watch.phase(0.2, "following the chassis with the legs")
     found = followed(stance, shift)
@@ -152,14 +154,14 @@ def move(stance: Stance, shift: BodyShift, settings: BodyMoveSettings, watch: Wa
     return checked(stance, found, settings, watch)
 
 
-def followed(stance: Stance, shift: BodyShift) -> Followed | Obstacle:
+def followed(stance: StandingRover, shift: BodyShift) -> Followed | Obstacle:
     """How the legs follow the shift; nothing is checked yet but their limits."""
     T_from = np.asarray(stance.state.T_site_base)
     posture = np.asarray(stance.state.posture)
     return follow(stance.robot, posture, T_from, shift.applied(T_from), stance.standing)
 
 
-def checked(stance: Stance, found: Followed, settings: BodyMoveSettings, watch: Watch) -> Move | No:
+def checked(stance: StandingRover, found: Followed, settings: BodyMoveSettings, watch: Watch) -> Move | No:
     """The move if all its checks hold, else the refusal."""
     results = recheck(
         stance.robot,
@@ -176,7 +178,7 @@ def checked(stance: Stance, found: Followed, settings: BodyMoveSettings, watch: 
     return _failed(bad, checks) if bad else Move(found.postures, found.Ts_site_base, checks)
 
 
-def plan_of(stance: Stance, shift: BodyShift, found: Move, provenance: Provenance) -> BodyMovePlan:
+def plan_of(stance: StandingRover, shift: BodyShift, found: Move, provenance: Provenance) -> BodyMovePlan:
     """The move as a plan."""
     return BodyMovePlan(
         shift=shift,

@@ -10,7 +10,7 @@ from footfall.core.beside import beside
 from footfall.core.errors import InvalidInput
 from footfall.core.progress import Progress, no_progress
 from footfall.core.value import Provenance
-from footfall.planning.stance.body_move import Move, No, Stance, checked, followed, plan_of, stance_of
+from footfall.planning.stance.body_move import Move, No, StandingRover, checked, followed, plan_of, stance_of
 from footfall.planning.stance.body_shift import BodyShift
 from footfall.planning.stance.find_problem import FindShiftSettings, ShiftResult
 from footfall.planning.stance.follow import Obstacle
@@ -42,7 +42,7 @@ GROUND_BEYOND = 0.5
 class _Found:
     """The shift, and the move to it; None where no shift is needed."""
 
-    stance: Stance
+    stance: StandingRover
     shift: BodyShift
     move: Move | None
 
@@ -155,7 +155,9 @@ def _unreserved(robot: Robot, found: _Found, settings: FindShiftSettings) -> str
     return f"▲ No shift was found that keeps a reserve: with this one {told}; the next shift may be refused."
 
 
-def _tried(stance: Stance, ends: StepEnds, ranked: Ranked, settings: FindShiftSettings, watch: Watch) -> _Found | No:
+def _tried(
+    stance: StandingRover, ends: StepEnds, ranked: Ranked, settings: FindShiftSettings, watch: Watch
+) -> _Found | No:
     """The cheapest of some shifts that passes all exact checks, or why the cheapest does not."""
     first: No | None = None
     # where none has all the reserve, those with the least lack of it
@@ -200,7 +202,7 @@ def _scale(settings: FindShiftSettings) -> Array:
     return np.array([1.0, 1.0, 1.0, settings.lever, settings.lever, settings.lever])
 
 
-def _starts(stance: Stance, footfall: Footfall) -> Array:
+def _starts(stance: StandingRover, footfall: Footfall) -> Array:
     """Shifts that are worth a look: none, up and down, and towards the footfall from the leg's hip, (k, 6)."""
     T = np.asarray(stance.state.T_site_base)
     hip = (T @ stance.robot.description.legs[footfall.leg].T_base_hip)[:2, 3]

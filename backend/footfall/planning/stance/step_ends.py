@@ -14,7 +14,7 @@ from footfall.balance.support import margins
 from footfall.balance.torques import torque_margin
 from footfall.core.beside import beside
 from footfall.core.frames import apply
-from footfall.planning.stance.body_move import Stance
+from footfall.planning.stance.body_move import StandingRover
 from footfall.planning.stance.find_problem import FindShiftSettings
 from footfall.planning.stance.move_checks import coms_of
 from footfall.planning.step.edges import samples
@@ -38,7 +38,7 @@ MOST_POSTURES = 8
 class StepEnds:
     """One leg that is to step onto ``contact`` while all other wheels stand."""
 
-    stance: Stance
+    stance: StandingRover
     leg: int
     contact: Contact
     settings: FindShiftSettings

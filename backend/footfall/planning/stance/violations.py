@@ -17,7 +17,7 @@ from footfall.balance.moving_leg import centers_of_mass
 from footfall.balance.support import margins
 from footfall.core.frames import inverse, rotation
 from footfall.core.mesh import Mesh
-from footfall.planning.stance.body_move import Stance
+from footfall.planning.stance.body_move import StandingRover
 from footfall.planning.stance.find_problem import FindShiftSettings
 from footfall.planning.stance.follow import reaches_back, unwrapped
 from footfall.planning.stance.reserve import required
@@ -74,7 +74,7 @@ class WheelPlace:
 class StepViolations:
     """Those of one request; ``names`` says what each column is."""
 
-    def __init__(self, stance: Stance, leg: int, contact: Contact, settings: FindShiftSettings) -> None:
+    def __init__(self, stance: StandingRover, leg: int, contact: Contact, settings: FindShiftSettings) -> None:
         robot, state = stance.robot, stance.state
         self.stance, self.leg, self.settings = stance, leg, settings
         self._posture, self._T_site_base = np.asarray(state.posture), np.asarray(state.T_site_base)
@@ -238,7 +238,7 @@ class StepViolations:
         return short
 
 
-def _reserves(stance: Stance, leg: int, settings: FindShiftSettings) -> tuple[float, float | Array]:
+def _reserves(stance: StandingRover, leg: int, settings: FindShiftSettings) -> tuple[float, float | Array]:
     """What one standing leg is asked to have left where the chassis ends: of reach [m], of each joint (6,) [rad]."""
     now, own = stance.state.posture, slice(6 * leg, 6 * leg + 6)
     reach = required(reach_reserves(stance.robot, now)[leg], settings.reach_reserve)

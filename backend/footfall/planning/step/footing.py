@@ -18,7 +18,7 @@ from footfall.planning.step.ground import Nearby, Refused, nearby
 from footfall.planning.step.latest_results import LatestResults
 from footfall.planning.step.leg_over_ground import LegOverGround
 from footfall.planning.step.problem import StepSettings
-from footfall.planning.step.solids import Solids
+from footfall.planning.step.solids import LegAlongPath
 from footfall.planning.step.start import start_objection
 from footfall.robot.model import Robot
 from footfall.telemetry.state import RobotState
@@ -30,7 +30,7 @@ _BEYOND_REACH = 0.5
 """How far beyond the leg's reach the ground is prepared [m]."""
 
 
-class Stance:
+class LegStance:
     """Who stands where and lifts which leg. content: names all that; equal content is equal, in whatever objects."""
 
     def __init__(self, robot: Robot, dem: Dem, state: RobotState, leg: int) -> None:
@@ -68,7 +68,7 @@ class Footing:
     offsets: Array
     moment: Array
     certificate: Certificate
-    solids: Solids
+    solids: LegAlongPath
     over_ground: LegOverGround
 
 
@@ -79,17 +79,17 @@ _standing: LatestResults[StandingLegs] = LatestResults(_KEPT)
 _feet: LatestResults[Contacts] = LatestResults(_KEPT)
 
 
-def impossible(stance: Stance) -> str:
+def impossible(stance: LegStance) -> str:
     """What makes the stance impossible on its ground; empty where nothing does."""
     return _objections.get(stance.content, lambda: start_objection(stance.robot, stance.dem, stance.state, stance.leg))
 
 
-def ground_near(stance: Stance) -> Nearby | Refused:
+def ground_near(stance: LegStance) -> Nearby | Refused:
     """The ground in reach of the leg, holes filled."""
     return _grounds.get(stance.content, lambda: _ground_near(stance))
 
 
-def footing(stance: Stance, ground: Nearby, settings: StepSettings) -> Footing:
+def footing(stance: LegStance, ground: Nearby, settings: StepSettings) -> Footing:
     """Of a stance over the ground near its leg."""
     asked = (
         settings.clearance,
@@ -100,13 +100,13 @@ def footing(stance: Stance, ground: Nearby, settings: StepSettings) -> Footing:
     return _footings.get((stance.content, ground.dem.digest, *asked), lambda: _footing(stance, ground, settings))
 
 
-def standing_feet(stance: Stance) -> Contacts:
+def standing_feet(stance: LegStance) -> Contacts:
     """The contacts of the legs that stay."""
     robot, dem, state = stance.robot, stance.dem, stance.state
     return _feet.get(stance.content, lambda: contacts(robot, dem, state.posture, state.T_site_base, stance.others))
 
 
-def standing_legs(stance: Stance, feet: Contacts, friction: float) -> StandingLegs:
+def standing_legs(stance: LegStance, feet: Contacts, friction: float) -> StandingLegs:
     """What the legs that stay on ``feet`` put into the programs of torque."""
     robot, state, leg = stance.robot, stance.state, stance.leg
     return _standing.get(
@@ -123,13 +123,13 @@ def standing_legs(stance: Stance, feet: Contacts, friction: float) -> StandingLe
     )
 
 
-def _ground_near(stance: Stance) -> Nearby | Refused:
+def _ground_near(stance: LegStance) -> Nearby | Refused:
     state = stance.state
     foot = contacts(stance.robot, stance.dem, state.posture, state.T_site_base, [stance.leg]).points
     return nearby(stance.dem, stance.hip[:2], stance.reach + _BEYOND_REACH, foot)
 
 
-def _footing(stance: Stance, ground: Nearby, settings: StepSettings) -> Footing:
+def _footing(stance: LegStance, ground: Nearby, settings: StepSettings) -> Footing:
     robot, dem, state, leg = stance.robot, stance.dem, stance.state, stance.leg
     feet = standing_feet(stance)
     normals, offsets = half_planes(feet.points, settings.conservative)
@@ -139,6 +139,6 @@ def _footing(stance: Stance, ground: Nearby, settings: StepSettings) -> Footing:
         offsets,
         moment_without(robot, state.posture, leg),
         Certificate(robot, state, leg, dem, ground, settings, normals, offsets),
-        Solids(robot, np.asarray(state.posture), leg, settings.clearance),
+        LegAlongPath(robot, np.asarray(state.posture), leg, settings.clearance),
         LegOverGround(robot, leg, np.asarray(state.T_site_base), ground, settings.clearance),
     )

@@ -9,7 +9,7 @@ from footfall.core.beside import beside
 from footfall.maps.standing import SAME_PLACE, contacts
 from footfall.planning.step.branches import bend_text
 from footfall.planning.step.edges import Array
-from footfall.planning.step.footing import Stance
+from footfall.planning.step.footing import LegStance
 from footfall.planning.step.ground import Contact
 from footfall.planning.step.held import unheld
 from footfall.planning.step.lift import branch_of, vertical
@@ -44,7 +44,7 @@ class Goals:
     refusal: why there is none, with what to try; empty where there is one.
     """
 
-    def __init__(self, situation: Situation, watch: Watch, stance: Stance, contact: Contact, q_start: Array) -> None:
+    def __init__(self, situation: Situation, watch: Watch, stance: LegStance, contact: Contact, q_start: Array) -> None:
         self._situation, self._watch = situation, watch
         self._found: list[Goal] = []
         self._contact = contact
@@ -149,7 +149,7 @@ class Goals:
         """What the other legs lack while the wheel is lowered."""
         return unheld(self._situation.stance, self._situation.settings.friction, up)
 
-    def _unreachable(self, stance: Stance, contact: Contact, everyone: list[Candidate]) -> str:
+    def _unreachable(self, stance: LegStance, contact: Contact, everyone: list[Candidate]) -> str:
         leg, (x, y, _) = self._situation.leg, contact.point
         asked = self._situation.settings.branch
         if everyone and asked is not None:

@@ -16,7 +16,7 @@ from footfall.core.beside import beside
 from footfall.core.frames import apply
 from footfall.maps.standing import Contacts
 from footfall.planning.step.edges import Array
-from footfall.planning.step.footing import Stance, standing_feet, standing_legs
+from footfall.planning.step.footing import LegStance, standing_feet, standing_legs
 from footfall.planning.step.problem import Check
 from footfall.robot.kinematics import center_of_mass
 
@@ -27,7 +27,7 @@ LEAST_SHIFT = 0.01
 """A shift of the chassis that is advised is no smaller [m]."""
 
 
-def worst_held(stance: Stance, feet: Contacts, friction: float, qs: Array) -> tuple[int, TorqueCheck]:
+def worst_held(stance: LegStance, feet: Contacts, friction: float, qs: Array) -> tuple[int, TorqueCheck]:
     """Where along postures of the leg (n, 6) the torques are worst, and what the standing wheels can do there."""
     at, _ = standing_legs(stance, feet, friction).worst(qs)
     # that one once more, by the check of single postures, which names the joint
@@ -41,7 +41,7 @@ def spare_torque(check: TorqueCheck) -> float:
     return 1.0 - check.ratio if check.feasible else float("nan")
 
 
-def unheld_lift(stance: Stance, friction: float, up: Array) -> tuple[str, Check] | None:
+def unheld_lift(stance: LegStance, friction: float, up: Array) -> tuple[str, Check] | None:
     """Why the other wheels can't hold the rover while the leg goes up (n, 6), with what to try; None where they can."""
     feet = standing_feet(stance)
     if _hold(stance, feet, friction, up):
@@ -56,7 +56,7 @@ def unheld_lift(stance: Stance, friction: float, up: Array) -> tuple[str, Check]
     return f"leg {stance.leg} can't be lifted: {when}{what}; {advice}", check
 
 
-def unheld(stance: Stance, friction: float, qs: Array) -> str:
+def unheld(stance: LegStance, friction: float, qs: Array) -> str:
     """What the standing wheels lack while the leg is at postures (n, 6), none on the ground; empty where nothing."""
     feet = standing_feet(stance)
     if _hold(stance, feet, friction, qs):
@@ -67,7 +67,7 @@ def unheld(stance: Stance, friction: float, qs: Array) -> str:
     return _overloaded(held)
 
 
-def _hold(stance: Stance, feet: Contacts, friction: float, qs: Array) -> bool:
+def _hold(stance: LegStance, feet: Contacts, friction: float, qs: Array) -> bool:
     return standing_legs(stance, feet, friction).worst(qs)[1] <= 1.0
 
 
@@ -80,7 +80,7 @@ def _overloaded(held: TorqueCheck) -> str:
     return f"{held.joint_name} would need {ratio} of its torque limit ({limit}), however the load is shared"
 
 
-def _unheld(stance: Stance, friction: float, q: Array, held: TorqueCheck) -> tuple[str, str]:
+def _unheld(stance: LegStance, friction: float, q: Array, held: TorqueCheck) -> tuple[str, str]:
     """What is lacking, by how much, and what to try."""
     robot, feet = stance.robot, standing_feet(stance)
     if held.feasible:
@@ -104,7 +104,7 @@ def _unheld(stance: Stance, friction: float, q: Array, held: TorqueCheck) -> tup
     )
 
 
-def _enough_friction(stance: Stance, q: Array) -> float | None:
+def _enough_friction(stance: LegStance, q: Array) -> float | None:
     """The least friction that holds the rover, to 0.01 and never less; None where none does."""
     feet = standing_feet(stance)
     com = apply(stance.state.T_site_base, center_of_mass(stance.robot, stance.posture(q)))
@@ -117,7 +117,7 @@ def _enough_friction(stance: Stance, q: Array) -> float | None:
     return None if found == len(hundredths) else hundredths[found] / 100
 
 
-def _without_payload(stance: Stance, friction: float, q: Array) -> str:
+def _without_payload(stance: LegStance, friction: float, q: Array) -> str:
     """Whether the rover would be held with nothing on it, as an advice; empty where that is no way out."""
     robot, state = stance.robot, stance.state
     if robot.description.payload is None:

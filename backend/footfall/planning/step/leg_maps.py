@@ -5,7 +5,7 @@ from collections.abc import Callable
 from footfall.core.progress import Progress, no_progress
 from footfall.maps.layers import MapSettings, MapStack
 from footfall.maps.stack import map_stack
-from footfall.planning.step.footing import Stance
+from footfall.planning.step.footing import LegStance
 from footfall.planning.step.lift_off import NotLifted, lift_off
 from footfall.planning.step.problem import StepSettings
 from footfall.planning.step.watch import Watch
@@ -43,5 +43,5 @@ def why_not_lifted(robot: Robot, dem: Dem, state: RobotState, leg: int, settings
         clearance=settings.clearance,
         friction=settings.balance.friction,
     )
-    found = lift_off(Stance(robot, dem, state_inside(robot, state), leg), asked, Watch(), to_plan=False)
+    found = lift_off(LegStance(robot, dem, state_inside(robot, state), leg), asked, Watch(), to_plan=False)
     return found.reason if isinstance(found, NotLifted) else ""

@@ -7,7 +7,7 @@ import numpy as np
 from footfall.planning.step.edges import Array
 from footfall.planning.step.escape import find_escape
 from footfall.planning.step.fast import compile_search
-from footfall.planning.step.footing import Stance, ground_near, impossible
+from footfall.planning.step.footing import LegStance, ground_near, impossible
 from footfall.planning.step.ground import Refused
 from footfall.planning.step.held import unheld_lift
 from footfall.planning.step.lift import vertical
@@ -36,7 +36,7 @@ class NotLifted:
     checks: tuple[Check, ...] = ()
 
 
-def lift_off(stance: Stance, settings: StepSettings, watch: Watch, to_plan: bool = True) -> Lifted | NotLifted:
+def lift_off(stance: LegStance, settings: StepSettings, watch: Watch, to_plan: bool = True) -> Lifted | NotLifted:
     """The leg straight up from where it stands, or what forbids it; what is quickly found first.
 
     to_plan: a search is to follow, so it is compiled; and a start that collides says the smallest ways out.

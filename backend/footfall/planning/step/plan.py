@@ -16,7 +16,7 @@ from footfall.core.errors import InvalidInput
 from footfall.core.progress import Progress, no_progress
 from footfall.core.value import Provenance
 from footfall.planning.step.edges import Array
-from footfall.planning.step.footing import Stance
+from footfall.planning.step.footing import LegStance
 from footfall.planning.step.goals import ADVICE, Goal, Goals
 from footfall.planning.step.ground import Contact, Refused, footfall_contact
 from footfall.planning.step.lift_off import NotLifted, lift_off
@@ -176,7 +176,7 @@ class _Attempt:
         contact = footfall_contact(self.robot, self.dem, footfall.x, footfall.y)
         if isinstance(contact, Refused):
             return _No(contact.status, contact.reason)
-        stance = Stance(self.robot, self.dem, self.state, self.leg)
+        stance = LegStance(self.robot, self.dem, self.state, self.leg)
         start = lift_off(stance, self.settings, self.watch)
         if isinstance(start, NotLifted):
             return _No(start.status, start.reason, start.checks)

@@ -13,7 +13,7 @@ from footfall.core.beside import beside
 from footfall.core.frames import apply
 from footfall.planning.step.collision_depth import in_words, worst
 from footfall.planning.step.edges import Array
-from footfall.planning.step.footing import Stance, footing
+from footfall.planning.step.footing import LegStance, footing
 from footfall.planning.step.ground import Nearby
 from footfall.planning.step.problem import StepSettings
 from footfall.robot.collision import TERRAIN, Collision, CollisionScene
@@ -41,7 +41,7 @@ class Situation:
         self.T_site_base = np.asarray(state.T_site_base)
         own = slice(6 * leg, 6 * leg + 6)
         self.lower, self.upper = robot.lower[own], robot.upper[own]
-        self.stance = Stance(robot, dem, state, leg)
+        self.stance = LegStance(robot, dem, state, leg)
         self.others = self.stance.others
         self.footing = footing(self.stance, ground, settings)
         if settings.steep_ground:

@@ -104,7 +104,7 @@ def _solid(vertices: bytes, triangles: bytes) -> Solid:
     return Solid(points, bvh(Mesh(points, np.frombuffer(triangles, np.int32).reshape(-1, 3))), middle, radius)
 
 
-class Solids:
+class LegAlongPath:
     """One leg along a path, everything else frozen."""
 
     def __init__(self, robot: Robot, posture: Array, leg: int, clearance: float) -> None:
