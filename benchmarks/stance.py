@@ -12,7 +12,7 @@ from benchmarks.timing import SEED, Figure, seconds
 from footfall.core.frames import apply
 from footfall.planning.stance.body_shift import ShiftRefused
 from footfall.planning.stance.find_problem import FindShiftSettings, ShiftResult
-from footfall.planning.step.ground import Refused, footfall_contact
+from footfall.planning.step.ground import GroundRefused, footfall_contact
 from footfall.planning.step.problem import Status, StepSettings
 from footfall.robot.kinematics import wheel_centers
 
@@ -45,7 +45,7 @@ def targets(count: int, beyond: tuple[float, float]) -> list[Target]:
         if len(choices[leg]):
             cell = int(rng.choice(choices[leg]))
             target = (leg, float(x.flat[cell]), float(y.flat[cell]))
-            if not isinstance(footfall_contact(robot(), rocks(), *target[1:]), Refused):
+            if not isinstance(footfall_contact(robot(), rocks(), *target[1:]), GroundRefused):
                 out.append(target)
     return out
 

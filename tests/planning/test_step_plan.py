@@ -11,7 +11,7 @@ from footfall.core.errors import Cancelled, InvalidInput
 from footfall.core.value import flatten, unflatten
 from footfall.planning.stance.stand import stand
 from footfall.planning.step import start as start_module
-from footfall.planning.step.ground import Nearby, Refused, footfall_contact, nearby
+from footfall.planning.step.ground import GroundRefused, Nearby, footfall_contact, nearby
 from footfall.planning.step.leg_over_ground import LegOverGround
 from footfall.planning.step.lift import raised_poses, vertical
 from footfall.planning.step.plan import plan_step
@@ -401,7 +401,7 @@ def test_a_lift_passes_the_straight_wrist_without_a_jump(athlete, open_ground):
     """The shank gets vertical on the way: the branch id changes, the joints don't jump."""
     _, state = open_ground
     contact = footfall_contact(athlete, open_ground[0], *OPEN_TARGET)
-    assert not isinstance(contact, Refused)
+    assert not isinstance(contact, GroundRefused)
     T_site_base, q_start = np.asarray(state.T_site_base), np.array(state.leg(0))
     possible = candidates(athlete, 0, contact, T_site_base, q_start, 0)
     upright = next(one for one in possible if one.branch == 0 and one.lean == 0)
@@ -419,7 +419,7 @@ def test_a_lift_passes_the_straight_wrist_without_a_jump(athlete, open_ground):
 def test_a_leaning_wheel_touches_the_same_point_and_leans_into_the_plane(athlete, open_ground):
     dem, state = open_ground
     contact = footfall_contact(athlete, dem, 2.05, 0.45)
-    assert not isinstance(contact, Refused)
+    assert not isinstance(contact, GroundRefused)
     possible = candidates(athlete, 0, contact, np.asarray(state.T_site_base), np.array(state.leg(0)), 0)
     assert {one.lean > 0 for one in possible} == {True, False}
     for one in possible:
@@ -460,7 +460,7 @@ def test_ground_beyond_the_map_is_not_free():
     assert isinstance(whole, Nearby)
     assert np.isfinite(height_at(whole.dem, 1.4, 0.0))
     assert whole.filled.any()
-    assert isinstance(nearby(dem, np.array([50.0, 0.0]), 0.5, np.zeros((0, 3))), Refused)
+    assert isinstance(nearby(dem, np.array([50.0, 0.0]), 0.5, np.zeros((0, 3))), GroundRefused)
 
 
 def test_a_standing_wheel_tells_the_height_of_unseen_ground():

@@ -19,7 +19,7 @@ from footfall.planning.stance.stand import stand
 from footfall.planning.step import plan
 from footfall.planning.step.goals import MOST_GOALS
 from footfall.planning.step.plan import plan_step
-from footfall.planning.step.planners import REGISTRY, Answer
+from footfall.planning.step.planners import REGISTRY, PlannerAnswer
 from footfall.planning.step.problem import Status, StepSettings
 from footfall.planning.step.turns import AUTO, FIRST_LOOKS, GROWTH, RACE, Turns
 from footfall.planning.step.watch import OutOfTime, OutOfTurn, Watch
@@ -77,7 +77,7 @@ class Entrants:
             swing.space.tick()
         if name in self._finds:
             return self._line(swing)
-        return Answer(None, lambda: f"{name} has looked everywhere")
+        return PlannerAnswer(None, lambda: f"{name} has looked everywhere")
 
 
 # --- turns ----------------------------------------------------------------------------------------------------------

@@ -17,7 +17,7 @@ from footfall.core.frames import apply
 from footfall.maps.standing import STANDING_GAP, Contacts, contacts, wheel_gaps
 from footfall.planning.stance.whole_body import WholeBody
 from footfall.planning.step.collision_depth import in_words, worst
-from footfall.planning.step.ground import Nearby, Refused, nearby
+from footfall.planning.step.ground import GroundRefused, Nearby, nearby
 from footfall.robot.collision import CollisionScene
 from footfall.robot.kinematics import leg_wheel_pose
 from footfall.robot.model import Robot
@@ -61,7 +61,7 @@ def check_motion(
     centers = np.array([passage.T_after[:2, 3] for passage in way])
     shifted = float(np.linalg.norm(centers - way[0].T_before[:2, 3], axis=1).max())
     ground = nearby(dem, way[0].T_before[:2, 3], reach(robot) + shifted, feet)
-    if isinstance(ground, Refused):
+    if isinstance(ground, GroundRefused):
         return [RuleResult("terrain-collision", moves[0], False, np.nan, "m", ground.reason)]
     body = WholeBody(robot, ground, settings.clearance) if len(of_leg) < len(moves) else None
     results: list[RuleResult] = []

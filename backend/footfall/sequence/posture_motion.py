@@ -14,7 +14,7 @@ from footfall.core.beside import beside
 from footfall.core.frames import apply
 from footfall.maps.standing import STANDING_GAP, contacts, wheel_gaps
 from footfall.planning.stance.move_checks import LOCKED, coms_of
-from footfall.planning.stance.whole_body import Nearest, WholeBody
+from footfall.planning.stance.whole_body import NearestGap, WholeBody
 from footfall.robot.description import link_name
 from footfall.robot.kinematics import wheel_centers
 from footfall.robot.model import Robot
@@ -54,7 +54,7 @@ def check_posture_move(
     yield torque_result(robot, row, postures, Ts_site_base, holding, support, settings)
 
 
-def _near(rule: str, row: int, found: Nearest, count: int) -> RuleResult:
+def _near(rule: str, row: int, found: NearestGap, count: int) -> RuleResult:
     spare = found.gap.spare
     if spare >= 0:
         return RuleResult(rule, row, True, spare, "m", f"clear at {count} samples")

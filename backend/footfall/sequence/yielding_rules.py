@@ -34,8 +34,8 @@ from footfall.planning.compliance.rover import CompliantRover, Rest
 from footfall.planning.execution.plan import rim_clearance
 from footfall.planning.execution.problem import PHASES
 from footfall.planning.stance.move_checks import LOCKED, coms_of, dense
-from footfall.planning.stance.whole_body import Nearest, WholeBody
-from footfall.planning.step.ground import Refused
+from footfall.planning.stance.whole_body import NearestGap, WholeBody
+from footfall.planning.step.ground import GroundRefused
 from footfall.robot.description import link_name
 from footfall.robot.limits import room_to_limits
 from footfall.robot.model import Robot
@@ -65,7 +65,7 @@ def check_yielding(
     moves = [row for row in range(len(way.rows)) if target(commands[row], robot.leg_count) is not None]
     if not moves:
         return []
-    if isinstance(way.ground, Refused):
+    if isinstance(way.ground, GroundRefused):
         return [RuleResult("terrain-collision", moves[0], False, np.nan, "m", way.ground.reason)]
     body = WholeBody(robot, way.ground, settings.clearance)
     stepping = stepping_legs(commands)
@@ -142,7 +142,7 @@ def _collisions(row: int, going: YieldingRow, body: WholeBody, leg: int | None, 
     yield _near("terrain-collision", row, found, path.part)
 
 
-def _near(rule: str, row: int, found: Nearest, part: Array) -> RuleResult:
+def _near(rule: str, row: int, found: NearestGap, part: Array) -> RuleResult:
     spare = found.gap.spare
     if spare >= 0:
         return RuleResult(rule, row, True, spare, "m", f"clear at {len(part)} samples")

@@ -13,7 +13,7 @@ from footfall.planning.compliance.rover import Rest
 from footfall.planning.execution.problem import BodyExecution, Execution, Predicted, ends_of
 from footfall.planning.execution.settings import ExecutionSettings
 from footfall.planning.stance.move_checks import LOCKED, Path, coms_of, dense
-from footfall.planning.stance.whole_body import Nearest, WholeBody
+from footfall.planning.stance.whole_body import NearestGap, WholeBody
 from footfall.planning.step.problem import Check, Status
 from footfall.robot.description import link_name
 from footfall.robot.limits import room_to_limits
@@ -185,7 +185,7 @@ def _ground(body: WholeBody, done: Execution, path: Path, supports: list[int]) -
     return min(found, key=lambda check: check.margin)
 
 
-def _near(name: str, found: Nearest, rows: NDArray[np.int64], done: Predicted, path: Path) -> Check:
+def _near(name: str, found: NearestGap, rows: NDArray[np.int64], done: Predicted, path: Path) -> Check:
     at = int(np.ceil(path.part[rows[found.at]] * (len(done.phases) - 1) - 1e-9))
     spare = found.gap.spare
     return Check(name, spare >= 0, spare, "m", f"{found.gap.between}, beyond δ, waypoint {at} ({done.phases[at]})")

@@ -11,13 +11,13 @@ from footfall.core.progress import Progress, no_progress
 from footfall.core.value import Provenance
 from footfall.maps.standing import STANDING_GAP, Contacts, contacts, standing, wheel_gaps
 from footfall.planning.stance.body_shift import BodyShift
-from footfall.planning.stance.checked import Checked
+from footfall.planning.stance.checked import MoveCheck
 from footfall.planning.stance.follow import Followed, Obstacle, follow
 from footfall.planning.stance.move import BodyMovePlan, BodyMoveResult, BodyMoveSettings
 from footfall.planning.stance.move_checks import recheck
 from footfall.planning.stance.shift import obstacle_in_words, require_same_robot, require_shift
 from footfall.planning.stance.whole_body import FAR, WholeBody
-from footfall.planning.step.ground import Refused, nearby
+from footfall.planning.step.ground import GroundRefused, nearby
 from footfall.planning.step.problem import Check, Status
 from footfall.planning.step.watch import OutOfTime, Watch
 from footfall.robot.kinematics import wheel_centers
@@ -61,7 +61,7 @@ class No:
 
 
 @dataclass(frozen=True)
-class Move:
+class CheckedMove:
     """A move whose checks all hold: postures (n, legs × 6), chassis poses (n, 4, 4)."""
 
     waypoints: Array
@@ -139,12 +139,12 @@ def stance_of(
     chassis = float(np.linalg.norm(robot.description.meshes["base"].vertices[:, :2], axis=1).max())
     wheels = float(np.linalg.norm(wheel_centers(robot, q)[:, :2], axis=1).max()) + robot.wheel_radius
     ground = nearby(dem, center, max(chassis, wheels) + FAR + reach_out, feet.points)
-    if isinstance(ground, Refused):
+    if isinstance(ground, GroundRefused):
         return No(ground.status, ground.reason)
     return StandingRover(robot, state, tuple(down), feet, WholeBody(robot, ground, clearance))
 
 
-def move(stance: StandingRover, shift: BodyShift, settings: BodyMoveSettings, watch: Watch) -> Move | No:
+def move(stance: StandingRover, shift: BodyShift, settings: BodyMoveSettings, watch: Watch) -> CheckedMove | No:
     """The move that ``shift`` asks for, every check of it holding, or what prevents it."""
     watch.phase(0.2, "following the chassis with the legs")
     found = followed(stance, shift)
@@ -161,7 +161,7 @@ def followed(stance: StandingRover, shift: BodyShift) -> Followed | Obstacle:
     return follow(stance.robot, posture, T_from, shift.applied(T_from), stance.standing)
 
 
-def checked(stance: StandingRover, found: Followed, settings: BodyMoveSettings, watch: Watch) -> Move | No:
+def checked(stance: StandingRover, found: Followed, settings: BodyMoveSettings, watch: Watch) -> CheckedMove | No:
     """The move if all its checks hold, else the refusal."""
     results = recheck(
         stance.robot,
@@ -175,10 +175,10 @@ def checked(stance: StandingRover, found: Followed, settings: BodyMoveSettings, 
     )
     checks = tuple(result.check for result in results)
     bad = [result for result in results if not result.check.holds]
-    return _failed(bad, checks) if bad else Move(found.postures, found.Ts_site_base, checks)
+    return _failed(bad, checks) if bad else CheckedMove(found.postures, found.Ts_site_base, checks)
 
 
-def plan_of(stance: StandingRover, shift: BodyShift, found: Move, provenance: Provenance) -> BodyMovePlan:
+def plan_of(stance: StandingRover, shift: BodyShift, found: CheckedMove, provenance: Provenance) -> BodyMovePlan:
     """The move as a plan."""
     return BodyMovePlan(
         shift=shift,
@@ -190,7 +190,7 @@ def plan_of(stance: StandingRover, shift: BodyShift, found: Move, provenance: Pr
     )
 
 
-def _failed(bad: Sequence[Checked], checks: tuple[Check, ...]) -> No:
+def _failed(bad: Sequence[MoveCheck], checks: tuple[Check, ...]) -> No:
     """The refusal for checks that don't hold: of the start, else of the goal, else of the way."""
     at_start, at_goal = [one for one in bad if one.at_start], [one for one in bad if one.at_goal]
     if at_start:

@@ -6,7 +6,7 @@ from footfall.planning.step.problem import Check
 
 
 @dataclass(frozen=True)
-class Checked:
+class MoveCheck:
     """A check, and whether it fails already at the start or at the goal."""
 
     check: Check

@@ -10,7 +10,7 @@ from footfall.core.beside import beside
 from footfall.core.errors import InvalidInput
 from footfall.core.progress import Progress, no_progress
 from footfall.core.value import Provenance
-from footfall.planning.stance.body_move import Move, No, StandingRover, checked, followed, plan_of, stance_of
+from footfall.planning.stance.body_move import CheckedMove, No, StandingRover, checked, followed, plan_of, stance_of
 from footfall.planning.stance.body_shift import BodyShift
 from footfall.planning.stance.find_problem import FindShiftSettings, ShiftResult
 from footfall.planning.stance.follow import Obstacle
@@ -19,7 +19,7 @@ from footfall.planning.stance.shift import obstacle_in_words, require_same_robot
 from footfall.planning.stance.shift_search import Ranked, search
 from footfall.planning.stance.step_ends import StepEnds
 from footfall.planning.stance.violations import StepViolations, largest
-from footfall.planning.step.ground import Refused, footfall_contact
+from footfall.planning.step.ground import GroundRefused, footfall_contact
 from footfall.planning.step.problem import Footfall, Status
 from footfall.planning.step.watch import OutOfTime, Watch
 from footfall.robot.model import Robot
@@ -44,7 +44,7 @@ class _Found:
 
     stance: StandingRover
     shift: BodyShift
-    move: Move | None
+    move: CheckedMove | None
 
 
 def find_shift(
@@ -103,7 +103,7 @@ def _found(
     robot: Robot, dem: Dem, state: RobotState, footfall: Footfall, settings: FindShiftSettings, watch: Watch
 ) -> _Found | No:
     contact = footfall_contact(robot, dem, footfall.x, footfall.y)
-    if isinstance(contact, Refused):
+    if isinstance(contact, GroundRefused):
         return No(contact.status, contact.reason)
     away = float(np.hypot(*(contact.point[:2] - np.asarray(state.T_site_base)[:2, 3])))
     mount = float(np.linalg.norm(robot.description.legs[footfall.leg].T_base_hip[:2, 3]))
@@ -174,7 +174,7 @@ def _tried(
             first = first or No(Status.NO_PATH, objection)
             continue
         found = checked(stance, legs, settings.move, watch)
-        if isinstance(found, Move):
+        if isinstance(found, CheckedMove):
             return _Found(stance, shift, found)
         if found.status is Status.START_INVALID:
             return found

@@ -16,11 +16,11 @@ from footfall.balance.support import margins
 from footfall.balance.torques import torque_margin
 from footfall.core.frames import apply, inverse
 from footfall.maps.standing import Contacts
-from footfall.planning.stance.checked import Checked
+from footfall.planning.stance.checked import MoveCheck
 from footfall.planning.stance.follow import DRIFT, base_path, reaches_back
 from footfall.planning.stance.move import BodyMoveSettings
 from footfall.planning.stance.reserve import reserves
-from footfall.planning.stance.whole_body import Nearest, WholeBody
+from footfall.planning.stance.whole_body import NearestGap, WholeBody
 from footfall.planning.step.edges import samples
 from footfall.planning.step.ground import Nearby
 from footfall.planning.step.lift import LARGEST_STEP
@@ -73,7 +73,7 @@ def recheck(
     body: WholeBody,
     settings: BodyMoveSettings,
     pulse: Callable[[], None] = lambda: None,
-) -> list[Checked]:
+) -> list[MoveCheck]:
     """Every check of a move; feet: the contacts of the legs ``standing``. The move is good if all hold."""
     path = dense(waypoints, Ts_site_base)
     Ts_base_link = body.poses(path.postures)
@@ -100,15 +100,15 @@ def coms_of(robot: Robot, posture: Array, postures: Array) -> Array:
     return own + np.sum(changes, axis=0)
 
 
-def _scored(name: str, spare: Array, unit: str, where: Callable[[int], str]) -> Checked:
+def _scored(name: str, spare: Array, unit: str, where: Callable[[int], str]) -> MoveCheck:
     at = int(np.argmin(spare))
     least = float(spare[at])
     # what nothing holds lacks no size that could be told
     check = Check(name, least >= 0, least if np.isfinite(least) else np.nan, unit, where(at))
-    return Checked(check, bool(spare[0] < 0), bool(spare[-1] < 0))
+    return MoveCheck(check, bool(spare[0] < 0), bool(spare[-1] < 0))
 
 
-def _limits(robot: Robot, path: Path) -> Checked:
+def _limits(robot: Robot, path: Path) -> MoveCheck:
     spare = room_to_limits(robot, path.postures)
     joint = np.argmin(spare, axis=1)
     return _scored(
@@ -116,7 +116,7 @@ def _limits(robot: Robot, path: Path) -> Checked:
     )
 
 
-def _continuity(robot: Robot, waypoints: Array) -> Checked:
+def _continuity(robot: Robot, waypoints: Array) -> MoveCheck:
     """No jumps, and no leg turns its knee over or reaches over its hip."""
     name = "branch continuity"
     for leg in robot.legs:
@@ -125,16 +125,16 @@ def _continuity(robot: Robot, waypoints: Array) -> Checked:
         turned |= np.array([reaches_back(robot, leg, one) for one in q]) != reaches_back(robot, leg, q[0])
         if turned.any():
             where = f"leg {leg} changes its branch at waypoint {int(np.argmax(turned))}"
-            return Checked(Check(name, False, float("nan"), "", where))
+            return MoveCheck(Check(name, False, float("nan"), "", where))
     change = np.abs(np.diff(waypoints, axis=0))
     step, joint = np.unravel_index(int(np.argmax(change)), change.shape)
     spare = LARGEST_STEP - float(change[step, joint])
-    return Checked(Check(name, spare >= 0, spare, "rad", f"{robot.joint_names[joint]}, to waypoint {step + 1}"))
+    return MoveCheck(Check(name, spare >= 0, spare, "rad", f"{robot.joint_names[joint]}, to waypoint {step + 1}"))
 
 
 def _drift(
     robot: Robot, path: Path, Ts_base_link: Array, body: WholeBody, standing: Sequence[int], feet: Contacts
-) -> Checked:
+) -> MoveCheck:
     """How far the contact point and the axle's ends, thought fixed to the wheel, move in site."""
     moved = np.zeros((len(path.part), len(standing)))
     half = 0.5 * robot.description.wheel_width
@@ -150,7 +150,7 @@ def _drift(
     )
 
 
-def _own(body: WholeBody, path: Path, Ts_base_link: Array, pulse: Callable[[], None]) -> Checked:
+def _own(body: WholeBody, path: Path, Ts_base_link: Array, pulse: Callable[[], None]) -> MoveCheck:
     pulse()
     found = body.own_gap(Ts_base_link)
     return _near("self collision", found, path, lambda at: body.own_gap(Ts_base_link[at]))
@@ -162,7 +162,7 @@ def _ground(
     Ts_base_link: Array,
     standing: Sequence[int],
     pulse: Callable[[], None],
-) -> Checked:
+) -> MoveCheck:
     pulse()
     locked = {link_name(leg, part) for leg in standing for part in LOCKED}
     links = [link for link in body.links if link not in locked]
@@ -171,15 +171,15 @@ def _ground(
     return _near("terrain collision", found, path, lambda at: body.ground_gap(Ts[at], links))
 
 
-def _near(name: str, found: Nearest, path: Path, again: Callable[[slice], Nearest]) -> Checked:
+def _near(name: str, found: NearestGap, path: Path, again: Callable[[slice], NearestGap]) -> MoveCheck:
     spare = found.gap.spare
     check = Check(name, spare >= 0, spare, "m", f"{found.gap.between}, beyond δ, {path.where(found.at)}")
     if spare >= 0:
-        return Checked(check)
-    return Checked(check, again(slice(0, 1)).gap.spare < 0, again(slice(-1, None)).gap.spare < 0)
+        return MoveCheck(check)
+    return MoveCheck(check, again(slice(0, 1)).gap.spare < 0, again(slice(-1, None)).gap.spare < 0)
 
 
-def _balance(robot: Robot, path: Path, feet: Contacts, settings: BodyMoveSettings) -> Checked:
+def _balance(robot: Robot, path: Path, feet: Contacts, settings: BodyMoveSettings) -> MoveCheck:
     coms = coms_of(robot, path.postures[0], path.postures)
     coms_xy = np.einsum("nij,nj->ni", path.Ts_site_base[:, :2, :3], coms) + path.Ts_site_base[:, :2, 3]
     spare = margins(feet.points, coms_xy, settings.conservative) - settings.least_margin
@@ -194,7 +194,7 @@ def _torque(
     feet: Contacts,
     settings: BodyMoveSettings,
     pulse: Callable[[], None],
-) -> Checked:
+) -> MoveCheck:
     rows, last = [0], path.postures[0]
     for i, q in enumerate(path.postures[1:], start=1):
         if i == len(path.part) - 1 or np.abs(q - last).max() > TORQUE_SAMPLING - SAMPLING:
@@ -214,11 +214,11 @@ def _torque(
     return _scored("torque", spare, "of the limit", lambda at: f"{joints[at]}, {path.where(rows[at])}{note}")
 
 
-def _unknown(path: Path, feet: Contacts, ground: Nearby) -> Checked:
+def _unknown(path: Path, feet: Contacts, ground: Nearby) -> MoveCheck:
     """How much of the ground between the feet was not seen; never a reason to refuse, but to be told."""
     middle = path.Ts_site_base[:, :2, 3].mean(axis=0)
     radius = float(np.linalg.norm(feet.points[:, :2] - middle, axis=1).max())
     away = np.linalg.norm(ground.dem.geometry.centers() - middle, axis=2)
     count = int((ground.filled & (away <= radius)).sum())
     text = f"{count} cells, taken as high as their highest known neighbour" if count else "none"
-    return Checked(Check("unknown ground between the feet", True, float("nan"), "", text))
+    return MoveCheck(Check("unknown ground between the feet", True, float("nan"), "", text))

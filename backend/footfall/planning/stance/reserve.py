@@ -9,7 +9,7 @@ from collections.abc import Iterable, Sequence
 import numpy as np
 
 from footfall.core.beside import beside
-from footfall.planning.stance.checked import Checked
+from footfall.planning.stance.checked import MoveCheck
 from footfall.planning.stance.move import BodyMoveSettings
 from footfall.planning.step.edges import Array
 from footfall.planning.step.problem import Check
@@ -27,7 +27,7 @@ def required(reserves: Array | float, wanted: float) -> Array:
 
 def reserves(
     robot: Robot, start: Array, goal: Array, standing: Sequence[int], settings: BodyMoveSettings
-) -> Iterable[Checked]:
+) -> Iterable[MoveCheck]:
     """The checks of what the legs ``standing`` have left at the goal; none for a reserve of 0 that was asked for."""
     legs = list(standing)
     if settings.reach_reserve > 0:
@@ -44,9 +44,9 @@ def reserves(
         yield _checked("joint reserve", had[at], has[at], least[at], "rad", name, "its limit")
 
 
-def _checked(name: str, had: float, has: float, least: float, unit: str, what: str, short_of: str) -> Checked:
+def _checked(name: str, had: float, has: float, least: float, unit: str, what: str, short_of: str) -> MoveCheck:
     spare = float(has - least)
     holds = spare >= -SAME
     left, wanted = beside(has, least) if not holds else (f"{has:z.3f}", f"{least:z.3f}")
     where = f"{what} ends {left} {unit} from {short_of}, {had:z.3f} before, at least {wanted} asked"
-    return Checked(Check(name, holds, max(spare, 0.0) if holds else spare, unit, where), at_goal=not holds)
+    return MoveCheck(Check(name, holds, max(spare, 0.0) if holds else spare, unit, where), at_goal=not holds)

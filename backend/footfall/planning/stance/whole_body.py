@@ -42,7 +42,7 @@ _SUNK = -3
 
 
 @dataclass(frozen=True)
-class Nearest:
+class NearestGap:
     """The least spare distance of a path and the number of the posture that has it."""
 
     gap: Gap
@@ -97,7 +97,7 @@ class WholeBody:
                 Ts[:, self._number[link_name(leg, part)]] = Ts_base_link
         return Ts
 
-    def own_gap(self, Ts_base_link: Array, moving: Collection[str] | None = None) -> Nearest:
+    def own_gap(self, Ts_base_link: Array, moving: Collection[str] | None = None) -> NearestGap:
         """Least spare distance between two parts of the rover over n postures, exact below ``FAR``.
 
         moving: only pairs with one of these links.
@@ -120,9 +120,9 @@ class WholeBody:
 
         spare, at, column = least(bounds, finer, exact, moved, FAR)
         if column < 0:
-            return Nearest(Gap(spare, NOTHING), 0)
+            return NearestGap(Gap(spare, NOTHING), 0)
         a, b = pairs[column]
-        return Nearest(Gap(spare, f"{self.links[a]} and {self.links[b]}"), at)
+        return NearestGap(Gap(spare, f"{self.links[a]} and {self.links[b]}"), at)
 
     def ground_gap(
         self,
@@ -130,7 +130,7 @@ class WholeBody:
         links: Sequence[str],
         raised: float = 0.0,
         touching: Collection[int] = (),
-    ) -> Nearest:
+    ) -> NearestGap:
         """Least spare distance of some links to the ground raised by so much [m] over n postures.
 
         Exact below ``GROUND_FAR``. touching: legs whose wheels may touch, and sink in by ``wheel_sink``. What is under
@@ -144,7 +144,7 @@ class WholeBody:
         bounds, finer, boxes = ground_bounds(hulls, self._points, Ts, deltas, raised, *self._ground, beside, GROUND_FAR)
         boxes = boxes[bounds.min(axis=0) < GROUND_FAR]
         if not len(boxes):
-            return Nearest(Gap(GROUND_FAR, NOTHING), 0)
+            return NearestGap(Gap(GROUND_FAR, NOTHING), 0)
         piece = self._piece(boxes[:, :2].min(axis=0), boxes[:, 2:].max(axis=0))
 
         def exact(at: int, column: int) -> float:
@@ -164,8 +164,8 @@ class WholeBody:
 
         spare, at, column = least(bounds, finer, exact, moved, GROUND_FAR)
         if column < 0:
-            return Nearest(Gap(spare, NOTHING), 0)
-        return Nearest(Gap(spare, f"{links[column]} and the terrain"), at)
+            return NearestGap(Gap(spare, NOTHING), 0)
+        return NearestGap(Gap(spare, f"{links[column]} and the terrain"), at)
 
     def _piece(self, low: Array, high: Array) -> GroundPiece:
         """The ground in a box, (2,) each, or a little more of it; those already made serve again."""

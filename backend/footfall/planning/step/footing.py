@@ -14,7 +14,7 @@ from footfall.balance.torque_candidates import StandingLegs
 from footfall.maps.standing import Contacts, contacts
 from footfall.planning.step.certificate import Certificate
 from footfall.planning.step.edges import Array
-from footfall.planning.step.ground import Nearby, Refused, nearby
+from footfall.planning.step.ground import GroundRefused, Nearby, nearby
 from footfall.planning.step.latest_results import LatestResults
 from footfall.planning.step.leg_over_ground import LegOverGround
 from footfall.planning.step.problem import StepSettings
@@ -73,7 +73,7 @@ class Footing:
 
 
 _objections: LatestResults[str] = LatestResults(_KEPT)
-_grounds: LatestResults[Nearby | Refused] = LatestResults(_KEPT)
+_grounds: LatestResults[Nearby | GroundRefused] = LatestResults(_KEPT)
 _footings: LatestResults[Footing] = LatestResults(_KEPT)
 _standing: LatestResults[StandingLegs] = LatestResults(_KEPT)
 _feet: LatestResults[Contacts] = LatestResults(_KEPT)
@@ -84,7 +84,7 @@ def impossible(stance: LegStance) -> str:
     return _objections.get(stance.content, lambda: start_objection(stance.robot, stance.dem, stance.state, stance.leg))
 
 
-def ground_near(stance: LegStance) -> Nearby | Refused:
+def ground_near(stance: LegStance) -> Nearby | GroundRefused:
     """The ground in reach of the leg, holes filled."""
     return _grounds.get(stance.content, lambda: _ground_near(stance))
 
@@ -123,7 +123,7 @@ def standing_legs(stance: LegStance, feet: Contacts, friction: float) -> Standin
     )
 
 
-def _ground_near(stance: LegStance) -> Nearby | Refused:
+def _ground_near(stance: LegStance) -> Nearby | GroundRefused:
     state = stance.state
     foot = contacts(stance.robot, stance.dem, state.posture, state.T_site_base, [stance.leg]).points
     return nearby(stance.dem, stance.hip[:2], stance.reach + _BEYOND_REACH, foot)

@@ -33,7 +33,7 @@ class Contact:
 
 
 @dataclass(frozen=True)
-class Refused:
+class GroundRefused:
     """Why there is no footfall here."""
 
     status: Status
@@ -60,7 +60,7 @@ class Nearby:
         return GroundTiles(self.dem)
 
 
-def footfall_contact(robot: Robot, dem: Dem, x: float, y: float) -> Contact | Refused:
+def footfall_contact(robot: Robot, dem: Dem, x: float, y: float) -> Contact | GroundRefused:
     """The contact under (x, y) [m] if all the ground in a disc of a wheel's radius is known."""
     west, south, east, north = dem.geometry.bounds
     spans = f"the map spans x {west:z.2f}…{east:z.2f} m, y {south:z.2f}…{north:z.2f} m"
@@ -69,7 +69,7 @@ def footfall_contact(robot: Robot, dem: Dem, x: float, y: float) -> Contact | Re
         reason = (
             f"the footfall ({x:.6g}, {y:.6g}) lies {roughly(outside, 3)} m off the map; {spans}; choose a place inside"
         )
-        return Refused(Status.OFF_MAP, reason)
+        return GroundRefused(Status.OFF_MAP, reason)
     unknown = _unknown_in_disc(dem, x, y, robot.wheel_radius)
     height = float(height_at(dem, x, y))
     normal = normal_at(dem, x, y, robot.wheel_radius)
@@ -80,7 +80,7 @@ def footfall_contact(robot: Robot, dem: Dem, x: float, y: float) -> Contact | Re
             f"{where} ({robot.wheel_radius:z.2f} m) of the footfall ({x:z.2f}, {y:z.2f}) is unknown; "
             "take images that show it, or choose a place farther from the holes and the map's edge"
         )
-        return Refused(Status.UNKNOWN_GROUND, reason)
+        return GroundRefused(Status.UNKNOWN_GROUND, reason)
     return Contact(np.array([x, y, height]), np.asarray(normal))
 
 
@@ -100,12 +100,14 @@ def _unknown_in_disc(dem: Dem, x: float, y: float, radius: float) -> float:
     return float(np.isnan(height_at(dem, x + dx[inside], y + dy[inside])).mean())
 
 
-def nearby(dem: Dem, center_xy: Array, radius: float, contacts: Array) -> Nearby | Refused:
+def nearby(dem: Dem, center_xy: Array, radius: float, contacts: Array) -> Nearby | GroundRefused:
     """The ground within ``radius`` [m] of a place, holes filled as terrain.unseen says.
 
     contacts: (k, 3) where wheels stand, site [m].
     """
     whole = without_holes(dem, center_xy, radius, contacts)
     if whole is None:
-        return Refused(Status.UNKNOWN_GROUND, "no ground at all is known around this leg; load or build a terrain")
+        return GroundRefused(
+            Status.UNKNOWN_GROUND, "no ground at all is known around this leg; load or build a terrain"
+        )
     return Nearby(whole.dem, whole.filled)

@@ -8,7 +8,7 @@ from footfall.planning.step.edges import Array
 from footfall.planning.step.escape import find_escape
 from footfall.planning.step.fast import compile_search
 from footfall.planning.step.footing import LegStance, ground_near, impossible
-from footfall.planning.step.ground import Refused
+from footfall.planning.step.ground import GroundRefused
 from footfall.planning.step.held import unheld_lift
 from footfall.planning.step.lift import vertical
 from footfall.planning.step.problem import Check, Status, StepSettings
@@ -51,7 +51,7 @@ def lift_off(stance: LegStance, settings: StepSettings, watch: Watch, to_plan: b
     if unheld:
         return NotLifted(Status.START_INVALID, unheld[0], (unheld[1],))
     ground = ground_near(stance)
-    if isinstance(ground, Refused):
+    if isinstance(ground, GroundRefused):
         return NotLifted(ground.status, ground.reason)
     watch.phase(0.05, "building the collision scene")
     with watch.uncounted():

@@ -18,10 +18,10 @@ from footfall.core.value import Provenance
 from footfall.planning.step.edges import Array
 from footfall.planning.step.footing import LegStance
 from footfall.planning.step.goals import ADVICE, Goal, Goals
-from footfall.planning.step.ground import Contact, Refused, footfall_contact
+from footfall.planning.step.ground import Contact, GroundRefused, footfall_contact
 from footfall.planning.step.lift_off import NotLifted, lift_off
 from footfall.planning.step.nearest_place import Place, nearest_place, place_in_words
-from footfall.planning.step.planners import REGISTRY, Answer, Swing
+from footfall.planning.step.planners import REGISTRY, PlannerAnswer, SwingProblem
 from footfall.planning.step.problem import (
     Check,
     Decision,
@@ -174,7 +174,7 @@ class _Attempt:
 
     def run(self, footfall: Footfall) -> _Yes | _No:
         contact = footfall_contact(self.robot, self.dem, footfall.x, footfall.y)
-        if isinstance(contact, Refused):
+        if isinstance(contact, GroundRefused):
             return _No(contact.status, contact.reason)
         stance = LegStance(self.robot, self.dem, self.state, self.leg)
         start = lift_off(stance, self.settings, self.watch)
@@ -248,7 +248,7 @@ class _Attempt:
         for there in [*via, goal.up[-1]]:
             try:
                 with self.watch.at_most(turn.looks):
-                    answer: Answer = REGISTRY[turn.planner](Swing(situation, space, path[-1], there))
+                    answer: PlannerAnswer = REGISTRY[turn.planner](SwingProblem(situation, space, path[-1], there))
             except OutOfTurn:
                 return _Failure(lambda: f"its last turn, of {turn.looks} looks, ended", for_good=False)
             if answer.path is None:

@@ -21,7 +21,7 @@ _Found = TypeVar("_Found")
 
 
 @dataclass(frozen=True)
-class Swing:
+class SwingProblem:
     """From start to goal: leg postures (6,) over the two footfalls, both free."""
 
     situation: Situation
@@ -31,7 +31,7 @@ class Swing:
 
 
 @dataclass(frozen=True)
-class Answer:
+class PlannerAnswer:
     """path: waypoints (n, 6), or None and then ``why()`` says why; short: whether it is shortened already."""
 
     path: Array | None
@@ -39,20 +39,20 @@ class Answer:
     short: bool = False
 
 
-def _line(swing: Swing) -> Answer:
+def _line(swing: SwingProblem) -> PlannerAnswer:
     path = line(swing.space, swing.start, swing.goal)
     if path is not None:
-        return Answer(path)
-    return Answer(None, lambda: _blocked_line(swing))
+        return PlannerAnswer(path)
+    return PlannerAnswer(None, lambda: _blocked_line(swing))
 
 
-def _blocked_line(swing: Swing) -> str:
+def _blocked_line(swing: SwingProblem) -> str:
     t = swing.space.first_blocked(swing.start, swing.goal) or 0.0
     why = swing.situation.objection(swing.start + t * (swing.goal - swing.start), "raised")
     return f"the straight swing is blocked after {t:.0%}: {why}"
 
 
-def _astar(swing: Swing) -> Answer:
+def _astar(swing: SwingProblem) -> PlannerAnswer:
     situation, settings = swing.situation, swing.situation.settings
     T_start, T_goal = situation.wheel(swing.start), situation.wheel(swing.goal)
     p_start, p_goal = T_start[:3, 3], T_goal[:3, 3]
@@ -71,27 +71,27 @@ def _astar(swing: Swing) -> Answer:
         return np.where(solved.valid[..., None], solved.q, np.nan)
 
     path = astar(swing.space, postures, (p_start, swing.start), (p_goal, swing.goal), settings.cell)
-    return Answer(path, lambda: f"no free path on A*'s {settings.cell:z.2f} m grid")
+    return PlannerAnswer(path, lambda: f"no free path on A*'s {settings.cell:z.2f} m grid")
 
 
-def _fast(swing: Swing) -> Answer:
+def _fast(swing: SwingProblem) -> PlannerAnswer:
     found = _searched(swing, partial(fast, certificate=swing.situation.footing.certificate))
-    return Answer(None, lambda: found) if isinstance(found, str) else Answer(found, short=True)
+    return PlannerAnswer(None, lambda: found) if isinstance(found, str) else PlannerAnswer(found, short=True)
 
 
-def _sbl(swing: Swing) -> Answer:
+def _sbl(swing: SwingProblem) -> PlannerAnswer:
     path = _searched(swing, with_ompl.sbl)
     placed = swing.situation.settings.milestones
-    return Answer(path, lambda: f"SBL placed {placed} milestones without joining them")
+    return PlannerAnswer(path, lambda: f"SBL placed {placed} milestones without joining them")
 
 
-def _by_ompl(search: Callable[..., Array | None], name: str, swing: Swing) -> Answer:
+def _by_ompl(search: Callable[..., Array | None], name: str, swing: SwingProblem) -> PlannerAnswer:
     path = _searched(swing, search)
     made = swing.situation.settings.milestones
-    return Answer(path, lambda: f"{name} found no path in {made} iterations")
+    return PlannerAnswer(path, lambda: f"{name} found no path in {made} iterations")
 
 
-def _searched(swing: Swing, search: Callable[..., _Found]) -> _Found:
+def _searched(swing: SwingProblem, search: Callable[..., _Found]) -> _Found:
     """A sampling search with what the settings say of it."""
     settings = swing.situation.settings
     return search(
@@ -104,7 +104,7 @@ def _searched(swing: Swing, search: Callable[..., _Found]) -> _Found:
     )
 
 
-REGISTRY: dict[str, Callable[[Swing], Answer]] = {
+REGISTRY: dict[str, Callable[[SwingProblem], PlannerAnswer]] = {
     "line": _line,
     "fast": _fast,
     "astar": _astar,
