@@ -19,11 +19,11 @@ from footfall.core.frames import apply, rotation, transform
 from footfall.core.value import fields_of
 from footfall.planning.stance.body_shift import BodyShift
 from footfall.planning.walk.problem import LIFT, SWING, Place, Stance, WalkGoal, WalkPlan
-from footfall.planning.walk.recheck.apart import Body, distance, nearest
-from footfall.planning.walk.recheck.clearances import LOCKED, Clearances
+from footfall.planning.walk.recheck.apart import MovingBody, distance, nearest
+from footfall.planning.walk.recheck.clearances import LOCKED, ClearanceCheck
 from footfall.planning.walk.recheck.holding import friction_margin, pyramids
 from footfall.planning.walk.recheck.settings import RecheckSettings
-from footfall.planning.walk.recheck.stretches import Stretch, stretches
+from footfall.planning.walk.recheck.stretches import MotionStretch, stretches
 from footfall.planning.walk.recheck.walk import recheck_walk
 from footfall.robot import shapes
 from footfall.robot.collision import TERRAIN, posture_collisions
@@ -373,7 +373,7 @@ def test_a_walk_that_stays_where_it_is_is_looked_at(athlete, ground, start):
 @given(st.integers(0, 10_000), st.floats(0.0, 0.3))
 def test_the_least_distance_along_a_motion_is_that_of_all_samples(seed, asked):
     rng = np.random.default_rng(seed)
-    one, other = Body(shapes.box((0.3, 0.2, 0.5))), Body(shapes.cylinder_y(0.2, 0.2, 12, (0.3, 0.0, 0.0)))
+    one, other = MovingBody(shapes.box((0.3, 0.2, 0.5))), MovingBody(shapes.cylinder_y(0.2, 0.2, 12, (0.3, 0.0, 0.0)))
     count, still = 150, np.tile(np.eye(4), (150, 1, 1))
     Ts = still.copy()
     Ts[:, :3, 3] = np.linspace(rng.uniform(-1.5, 1.5, 3), rng.uniform(-1.5, 1.5, 3), count)
@@ -397,8 +397,10 @@ def test_single_postures_are_clear_where_the_whole_robot_check_says(athlete, gro
     for _ in range(40):
         posture = athlete.posture("stand") + np.tile([0.7, 0.4, 0.5, 0.5, 0.5, 0.5], 6) * rng.uniform(-1, 1, 36)
         T_site_base = transform(rotation("z", rng.uniform(-3, 3)), (*rng.uniform(-0.3, 0.3, 2), rng.uniform(0.7, 1.6)))
-        stretch = Stretch(athlete, 0, 1, (), posture[None], T_site_base[None], np.array([1]), np.zeros(1), ("body",))
-        clearances = Clearances(athlete, ground, walk, 0.05)
+        stretch = MotionStretch(
+            athlete, 0, 1, (), posture[None], T_site_base[None], np.array([1]), np.zeros(1), ("body",)
+        )
+        clearances = ClearanceCheck(athlete, ground, walk, 0.05)
         clearances.look(stretch, lambda: None)
         own, terrain = (one.holds for one in clearances.checks())
         collisions = posture_collisions(athlete, posture, T_site_base, triangulate(ground))

@@ -26,7 +26,7 @@ ARC = 1.01
 
 
 @dataclass(frozen=True, eq=False)
-class Body:
+class MovingBody:
     """A mesh that moves. corners: (8, 3) of the box around it; middle, radius: of the ball around that box's middle."""
 
     mesh: Mesh
@@ -54,7 +54,7 @@ class Body:
 
 
 @dataclass(frozen=True)
-class Nearest:
+class NearestSample:
     """spare: the least distance, less what is asked for [m]; at: of the samples."""
 
     spare: float
@@ -62,8 +62,14 @@ class Nearest:
 
 
 def nearest(
-    shape_a: coal.BVHModelOBBRSS, Ts_a: Array, body_b: Body, Ts_b: Array, asked: float, bounds: Array, below: float
-) -> Nearest | None:
+    shape_a: coal.BVHModelOBBRSS,
+    Ts_a: Array,
+    body_b: MovingBody,
+    Ts_b: Array,
+    asked: float,
+    bounds: Array,
+    below: float,
+) -> NearestSample | None:
     """The least spare distance of two things at poses (n, 4, 4) each, if it is less than ``below``.
 
     asked: the distance they must keep [m]. bounds: (n,) lower bounds of the spare distance. What is found is at most
@@ -79,7 +85,7 @@ def nearest(
     while at < len(bounds):
         spare = distance(shape_a, Ts_a[at], body_b.shape, Ts_b[at]) - asked
         if spare < below:
-            below, found = spare, Nearest(spare, at)
+            below, found = spare, NearestSample(spare, at)
             if spare <= 0:
                 break
         free = spare - below + min(CLOSE, 0.5 * below)

@@ -14,10 +14,10 @@ from footfall.core.frames import apply, transform
 from footfall.core.grid import GridGeometry
 from footfall.planning.step.problem import Check
 from footfall.planning.walk.problem import LIFT, LOWER, SWING
-from footfall.planning.walk.recheck.apart import Body, nearest
+from footfall.planning.walk.recheck.apart import MovingBody, nearest
 from footfall.planning.walk.recheck.feet import DRIFT
 from footfall.planning.walk.recheck.motion import Motion
-from footfall.planning.walk.recheck.stretches import Stretch
+from footfall.planning.walk.recheck.stretches import MotionStretch
 from footfall.robot import shapes
 from footfall.robot.bvh import PAYLOAD, robot_meshes
 from footfall.robot.description import PARTS, link_name
@@ -48,11 +48,11 @@ class Least:
 
 
 @dataclass(frozen=True)
-class Ground:
+class RecheckedGround:
     """A piece of the ground without holes: its heights and its surface."""
 
     dem: Dem
-    surface: Body
+    surface: MovingBody
 
     def highest(self, low: Array, high: Array) -> float:
         """Highest cell in a box (2,), (2,), or beside it [m]."""
@@ -63,7 +63,7 @@ class Ground:
         return float(heights.max()) if heights.size else -np.inf
 
 
-class Clearances:
+class ClearanceCheck:
     """Gathers the least distances over all stretches; what is negative is −1 × the distance that is asked for."""
 
     def __init__(self, robot: Robot, dem: Dem, plan: Motion, watched: float) -> None:
@@ -71,17 +71,17 @@ class Clearances:
         self.own, self.ground = Least(watched), Least(watched)
         description = robot.description
         meshes = robot_meshes(description)
-        self._bodies = {part: Body(mesh) for part, mesh in meshes.items()}
+        self._bodies = {part: MovingBody(mesh) for part, mesh in meshes.items()}
         # a wheel that touches may sink in, and drift by a little
         sink = description.clearances.wheel_sink + DRIFT
-        self._touching = Body(
+        self._touching = MovingBody(
             shapes.cylinder_y(
                 description.wheel_radius - sink, description.wheel_width - 2 * sink, description.wheel_sides
             )
         )
         self._chassis = ("base", PAYLOAD) if PAYLOAD in meshes else ("base",)
         self._pairs = self._own_pairs()
-        self._pieces: dict[tuple[int, int], Ground | None] = {}
+        self._pieces: dict[tuple[int, int], RecheckedGround | None] = {}
         self._reach = float(
             max(
                 np.linalg.norm(leg.T_base_hip[:3, 3]) + leg.reaches[-1] + self._bodies["wheel"].radius
@@ -89,7 +89,7 @@ class Clearances:
             )
         )
 
-    def look(self, stretch: Stretch, pulse: Callable[[], None]) -> None:
+    def look(self, stretch: MotionStretch, pulse: Callable[[], None]) -> None:
         """Take a stretch into account."""
         self._look_at_own(stretch, pulse)
         self._look_at_ground(stretch, pulse)
@@ -108,7 +108,7 @@ class Clearances:
     def checks(self) -> tuple[Check, ...]:
         return self.own.check("self collision"), self.ground.check("terrain collision")
 
-    def _look_at_own(self, stretch: Stretch, pulse: Callable[[], None]) -> None:
+    def _look_at_own(self, stretch: MotionStretch, pulse: Callable[[], None]) -> None:
         count = len(stretch.qs)
         still = np.broadcast_to(np.eye(4), (count, 4, 4))
         Ts = {**stretch.Ts_base_link, **dict.fromkeys(self._chassis, still)}
@@ -127,7 +127,7 @@ class Clearances:
             if found is not None:
                 self.own = Least(found.spare, f"{a} and {b}, {stretch.where(found.at)}")
 
-    def _look_at_ground(self, stretch: Stretch, pulse: Callable[[], None]) -> None:
+    def _look_at_ground(self, stretch: MotionStretch, pulse: Callable[[], None]) -> None:
         middle = stretch.Ts_site_base[len(stretch.qs) // 2, :2, 3]
         ground = self._around(middle)
         if _all_move(stretch):
@@ -157,7 +157,7 @@ class Clearances:
                     )
 
     def _to_ground(
-        self, ground: Ground | None, link: str, Ts: Array, touching: bool, where: Callable[[int], str]
+        self, ground: RecheckedGround | None, link: str, Ts: Array, touching: bool, where: Callable[[int], str]
     ) -> None:
         """Take a link's way over the ground into account; one that touches may sink in."""
         least = self.ground
@@ -183,22 +183,24 @@ class Clearances:
         if found is not None:
             self.ground = Least(found.spare, f"{text}, {where(found.at)}")
 
-    def _depth(self, dem: Dem, body: Body, T: Array) -> float:
+    def _depth(self, dem: Dem, body: MovingBody, T: Array) -> float:
         """How far the middle of a body is under the ground [m]; a surface does not meet what is wholly below it."""
         x, y, z = apply(T, body.middle)
         return float(np.nan_to_num(height_at(dem, x, y), nan=-np.inf)) - float(z)
 
-    def _around(self, xy: Array) -> Ground | None:
+    def _around(self, xy: Array) -> RecheckedGround | None:
         """The ground that the rover reaches when its chassis is at a place."""
         key = round(float(xy[0]) / PIECE), round(float(xy[1]) / PIECE)
         if key not in self._pieces:
             contacts = np.concatenate([stance.contacts for stance in self.plan.stances])
             radius = self._reach + PIECE + self.watched + max(self.robot.description.clearances.terrain.values())
             whole = without_holes(self.dem, PIECE * np.array(key, float), radius, contacts)
-            self._pieces[key] = None if whole is None else Ground(whole.dem, Body(triangulate(whole.dem)))
+            self._pieces[key] = (
+                None if whole is None else RecheckedGround(whole.dem, MovingBody(triangulate(whole.dem)))
+            )
         return self._pieces[key]
 
-    def _body(self, link: str) -> Body:
+    def _body(self, link: str) -> MovingBody:
         return self._bodies[link if link in self._bodies else link.split("_", 1)[1]]
 
     def _asked(self, link: str) -> float:
@@ -219,7 +221,7 @@ class Clearances:
         return pairs
 
 
-def _all_move(stretch: Stretch) -> bool:
+def _all_move(stretch: MotionStretch) -> bool:
     """Whether no part was looked at where it is; after the first stretches, what keeps still has been."""
     return not stretch.moving or stretch.move == 0
 

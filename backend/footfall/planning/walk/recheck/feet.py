@@ -9,7 +9,7 @@ from scipy.spatial.transform import Rotation
 from footfall.planning.step.problem import Check
 from footfall.planning.walk.problem import Stance, part_name
 from footfall.planning.walk.recheck.motion import Motion
-from footfall.planning.walk.recheck.stretches import Stretch
+from footfall.planning.walk.recheck.stretches import MotionStretch
 from footfall.robot.description import link_name
 from footfall.robot.model import Robot
 from footfall.terrain.dem import Dem
@@ -53,7 +53,7 @@ def limits(robot: Robot, plan: Motion) -> Check:
     return Check("joint limits", bool(spare.min() >= 0), float(spare.min()), "rad", where)
 
 
-class Contacts:
+class ContactCheck:
     """Gathers over all stretches how well wheels stand where their stances say; turns count at the wheel's rim [m]."""
 
     def __init__(self, robot: Robot, plan: Motion) -> None:
@@ -77,7 +77,7 @@ class Contacts:
                 apart = np.arccos(np.clip(normal @ stance.normals[leg], -1.0, 1.0))
                 self.worst.take(radius * (OFF_NORMAL - float(apart)), f"normal of {where}, at the rim")
 
-    def stood(self, stretch: Stretch) -> None:
+    def stood(self, stretch: MotionStretch) -> None:
         """Whether wheels that stand are all the time where their stance has them; the moving ones at both ends."""
         stance, count = self.plan.stances[stretch.move], len(stretch.qs)
         for leg in stretch.standing:
@@ -86,7 +86,7 @@ class Contacts:
             self._compare(stretch, leg, stance, np.array([0]))
             self._compare(stretch, leg, self.plan.stances[stretch.move + 1], np.array([count - 1]))
 
-    def _compare(self, stretch: Stretch, leg: int, stance: Stance, chosen: NDArray[np.int64]) -> None:
+    def _compare(self, stretch: MotionStretch, leg: int, stance: Stance, chosen: NDArray[np.int64]) -> None:
         Ts = stretch.Ts_site_base[chosen] @ stretch.Ts_base_link[link_name(leg, "wheel")][chosen]
         T = stance.Ts_site_wheel[leg]
         away = DRIFT - np.linalg.norm(Ts[:, :3, 3] - T[:3, 3], axis=1)
@@ -102,7 +102,7 @@ class Branches:
     def __init__(self, plan: Motion) -> None:
         self.plan, self.fault = plan, ""
 
-    def look(self, stretch: Stretch) -> None:
+    def look(self, stretch: MotionStretch) -> None:
         stance, count = self.plan.stances[stretch.move], len(stretch.qs)
         for leg in stretch.standing:
             self._compare(stretch, leg, stance, np.arange(count))
@@ -113,7 +113,7 @@ class Branches:
     def check(self) -> Check:
         return Check("continuity", not self.fault, float("nan"), "", self.fault or "no leg turns over")
 
-    def _compare(self, stretch: Stretch, leg: int, stance: Stance, chosen: NDArray[np.int64]) -> None:
+    def _compare(self, stretch: MotionStretch, leg: int, stance: Stance, chosen: NDArray[np.int64]) -> None:
         hips = stretch.Ts_base_link[link_name(leg, "hip_yaw")][chosen]
         ankles = stretch.Ts_base_link[link_name(leg, "ankle_pitch")][chosen]
         # out along the leg's plane, from the axis of the hip

@@ -21,7 +21,7 @@ from footfall.planning.step.problem import Check
 from footfall.planning.walk.problem import Tethered, WalkSettings
 from footfall.planning.walk.recheck.feet import Worst
 from footfall.planning.walk.recheck.motion import Motion
-from footfall.planning.walk.recheck.stretches import Stretch
+from footfall.planning.walk.recheck.stretches import MotionStretch
 from footfall.robot.model import Robot
 
 Array = NDArray[np.float64]
@@ -38,7 +38,7 @@ NOT_HELD = -1.0
 """Margin where no forces at all balance the weight: all of it is lacking."""
 
 
-class Holding:
+class HoldingCheck:
     """Gathers the least margins of support, friction and torque over all stretches.
 
     Linear programs are solved only where they may give less than was found before.
@@ -51,7 +51,7 @@ class Holding:
         self._model = robot.model.copy()
         self._scratch = self._model.createData()
 
-    def look(self, stretch: Stretch, pulse: Callable[[], None]) -> None:
+    def look(self, stretch: MotionStretch, pulse: Callable[[], None]) -> None:
         """Take a stretch into account."""
         stance, feet = self.plan.stances[stretch.move], stretch.standing
         contacts, normals = stance.contacts[feet], stance.normals[feet]
@@ -84,7 +84,9 @@ class Holding:
             torque = Check("torque", True, float("nan"), "of the limit", "no forces inside friction hold it anywhere")
         return self.support.check("support", "m"), self.friction.check("friction", "of the weight"), torque
 
-    def _look_at_friction(self, stretch: Stretch, contacts: Array, faces: Array, pulse: Callable[[], None]) -> None:
+    def _look_at_friction(
+        self, stretch: MotionStretch, contacts: Array, faces: Array, pulse: Callable[[], None]
+    ) -> None:
         coms = stretch.coms_site
         for corner in _corners_around(coms[:, :2]):
             pulse()
@@ -93,7 +95,7 @@ class Holding:
                 nearest = int(np.argmin(np.square(coms[:, :2] - corner).sum(axis=1)))
                 self.friction.take(margin, stretch.where(nearest))
 
-    def _look_at_hanging(self, stretch: Stretch, at: int, load: "Load", faces: Array, tethered: Tethered) -> None:
+    def _look_at_hanging(self, stretch: MotionStretch, at: int, load: "Load", faces: Array, tethered: Tethered) -> None:
         """Friction at a sample of a walk on a tether; at waypoints with the very pull that the walk says."""
         where = stretch.where(at)
         given = float(tethered.pulls[stretch.waypoints[at]]) / (self.robot.mass * GRAVITY)
@@ -116,7 +118,7 @@ class Holding:
         without_one = [_inside_hull(np.delete(feet_xy, foot, axis=0), coms_xy) for foot in range(len(feet_xy))]
         return np.min(without_one, axis=0)
 
-    def _load(self, stretch: Stretch, at: int, contacts: Array) -> "Load":
+    def _load(self, stretch: MotionStretch, at: int, contacts: Array) -> "Load":
         q, T, model, scratch = stretch.qs[at], stretch.Ts_site_base[at], self._model, self._scratch
         R, limits, weight = T[:3, :3], self.robot.torque_limits, self.robot.mass * GRAVITY
         model.gravity = pin.Motion(-GRAVITY * R[2], np.zeros(3))
@@ -132,7 +134,7 @@ class Holding:
         load = Load(gravity, effect, *_balance(contacts, stretch.coms_site[at]))
         return load if self.tethered is None else self._on_tether(load, stretch, at, contacts, self.tethered.tether)
 
-    def _on_tether(self, load: "Load", stretch: Stretch, at: int, contacts: Array, tether: Tether) -> "Load":
+    def _on_tether(self, load: "Load", stretch: MotionStretch, at: int, contacts: Array, tether: Tether) -> "Load":
         """The load with the tether's pull as one more force, and its share of the drum's most as one more ratio."""
         T, com = stretch.Ts_site_base[at], stretch.coms_site[at]
         end = T[:3, :3] @ tether.attachment + T[:3, 3]
@@ -260,7 +262,7 @@ def _across(up: Array) -> Array:
     return np.asarray(np.column_stack([u, np.cross(up, u)]), float)
 
 
-def turned(stretch: Stretch, turn: float) -> list[int]:
+def turned(stretch: MotionStretch, turn: float) -> list[int]:
     """Both ends, every waypoint, and so many samples that no joint turns by more between two of them."""
     chosen, last = [0], stretch.qs[0]
     for at in range(1, len(stretch.qs)):

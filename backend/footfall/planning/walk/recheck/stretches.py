@@ -20,7 +20,7 @@ Array = NDArray[np.float64]
 
 
 @dataclass(frozen=True)
-class Stretch:
+class MotionStretch:
     """Samples of a motion during which the same feet stand.
 
     move: number of the foot move, of so many. moving: the legs in the air; none: the chassis moves over all feet.
@@ -87,7 +87,7 @@ class Stretch:
         return self.robot.link_frames[link_name(leg, part)]
 
 
-def stretches(robot: Robot, plan: Motion, every: RecheckSettings) -> Iterator[Stretch]:
+def stretches(robot: Robot, plan: Motion, every: RecheckSettings) -> Iterator[MotionStretch]:
     """The walk from its first waypoint to its last; foot moves and phases must be in order.
 
     One that stays where it is has one sample.
@@ -107,7 +107,7 @@ def stretches(robot: Robot, plan: Motion, every: RecheckSettings) -> Iterator[St
 
 def _sampled(
     robot: Robot, plan: Motion, move: int, moving: tuple[int, ...], waypoints: Sequence[int], every: RecheckSettings
-) -> Stretch:
+) -> MotionStretch:
     qs, poses = [plan.waypoints[waypoints[0]][None]], [plan.Ts_site_base[waypoints[0]][None]]
     numbers, fractions = [np.array(waypoints[:2][-1:])], [np.zeros(1)]
     for one, other in pairwise(waypoints):
@@ -124,7 +124,7 @@ def _sampled(
     order = np.concatenate(numbers)
     phases = tuple(plan.phases[i] for i in order)
     of, q, Ts = len(plan.groups), np.concatenate(qs), np.concatenate(poses)
-    return Stretch(robot, move, of, moving, q, Ts, order, np.concatenate(fractions), phases)
+    return MotionStretch(robot, move, of, moving, q, Ts, order, np.concatenate(fractions), phases)
 
 
 def between(T_a: Array, T_b: Array, t: Array) -> Array:

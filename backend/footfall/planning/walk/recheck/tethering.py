@@ -8,10 +8,10 @@ from numpy.typing import NDArray
 
 from footfall.planning.step.problem import Check
 from footfall.planning.walk.problem import Tethered
-from footfall.planning.walk.recheck.apart import Body
+from footfall.planning.walk.recheck.apart import MovingBody
 from footfall.planning.walk.recheck.feet import Worst
 from footfall.planning.walk.recheck.motion import Motion
-from footfall.planning.walk.recheck.stretches import Stretch
+from footfall.planning.walk.recheck.stretches import MotionStretch
 from footfall.robot.bvh import PAYLOAD, robot_meshes
 from footfall.robot.description import PARTS, link_name
 from footfall.robot.model import Robot
@@ -37,7 +37,7 @@ class Tethering:
     def __init__(self, robot: Robot, dem: Dem, plan: Motion, tethered: Tethered) -> None:
         self.robot, self.plan, self.tethered = robot, plan, tethered
         self.way, self.length, self.pull = Worst(), Worst(), Worst()
-        self._bodies = {part: Body(mesh) for part, mesh in robot_meshes(robot.description).items()}
+        self._bodies = {part: MovingBody(mesh) for part, mesh in robot_meshes(robot.description).items()}
         self._ground = self._ground_of(dem)
         tether, count = tethered.tether, len(plan.waypoints)
         for at in range(count):
@@ -47,7 +47,7 @@ class Tethering:
             )
             self.length.take(tether.free_length - float(tethered.lengths[at]), where)
 
-    def look(self, stretch: Stretch, chosen: list[int], pulse: Callable[[], None]) -> None:
+    def look(self, stretch: MotionStretch, chosen: list[int], pulse: Callable[[], None]) -> None:
         """Take a stretch into account: lengths at all samples, the way at the chosen ones."""
         tether, lengths = self.tethered.tether, np.asarray(self.tethered.lengths)
         ends = stretch.Ts_site_base[:, :3, :3] @ tether.attachment + stretch.Ts_site_base[:, :3, 3]
@@ -69,7 +69,7 @@ class Tethering:
             self.pull.check("tether pull", "N"),
         )
 
-    def _look_at_way(self, stretch: Stretch, at: int, end: Array, length: float, legs: list[int]) -> None:
+    def _look_at_way(self, stretch: MotionStretch, at: int, end: Array, length: float, legs: list[int]) -> None:
         tether = self.tethered.tether
         toward = (tether.anchor - end) / length
         where = stretch.where(at)
@@ -99,7 +99,7 @@ class Tethering:
         contacts = np.concatenate([stance.contacts for stance in self.plan.stances])
         points = np.vstack([contacts, self.tethered.tether.anchor])[:, :2]
         whole = without_holes_between(dem, points.min(axis=0) - 1.0, points.max(axis=0) + 1.0, contacts)
-        return None if whole is None else Body(triangulate(whole.dem)).shape
+        return None if whole is None else MovingBody(triangulate(whole.dem)).shape
 
 
 def line_between(one: Array, other: Array) -> tuple[coal.Capsule, coal.Transform3s]:

@@ -13,9 +13,9 @@ from footfall.core.errors import InvalidInput
 from footfall.planning.step.problem import Check
 from footfall.planning.walk.problem import WalkSettings
 from footfall.planning.walk.recheck import order
-from footfall.planning.walk.recheck.clearances import Clearances
-from footfall.planning.walk.recheck.feet import Branches, Contacts, limits
-from footfall.planning.walk.recheck.holding import Holding, turned
+from footfall.planning.walk.recheck.clearances import ClearanceCheck
+from footfall.planning.walk.recheck.feet import Branches, ContactCheck, limits
+from footfall.planning.walk.recheck.holding import HoldingCheck, turned
 from footfall.planning.walk.recheck.motion import Motion
 from footfall.planning.walk.recheck.settings import RecheckSettings
 from footfall.planning.walk.recheck.stretches import stretches
@@ -56,10 +56,10 @@ def recheck_walk(
     first += [order.start(plan, state)] if state is not None else []
     if not first[0].holds:
         return tuple(first)
-    contacts, branches = Contacts(robot, plan), Branches(plan)
+    contacts, branches = ContactCheck(robot, plan), Branches(plan)
     carrying = _carrying(robot, settings)
-    holding = Holding(carrying, plan, settings, every.hold)
-    clearances = Clearances(robot, dem, plan, every.watched)
+    holding = HoldingCheck(carrying, plan, settings, every.hold)
+    clearances = ClearanceCheck(robot, dem, plan, every.watched)
     tethered = plan.tethered
     tethering = None if tethered is None else Tethering(robot, dem, plan, tethered)
     for number in range(len(plan.stances)):
