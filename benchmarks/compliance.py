@@ -19,7 +19,7 @@ from benchmarks.timing import SEED, Figure
 from footfall.balance.settings import BalanceSettings
 from footfall.planning.compliance.from_telemetry import measured
 from footfall.planning.compliance.predict import advanced, predict
-from footfall.planning.compliance.rover import CompliantRover, Rest
+from footfall.planning.compliance.rover import CompliantRover, RestingRover
 from footfall.planning.compliance.settings import ComplianceSettings
 from footfall.planning.execution.plan import plan_execution
 from footfall.planning.execution.problem import Execution
@@ -42,10 +42,10 @@ class Lift:
     """A commanded lift: set points before and after, what telemetry says before, and where the rover truly ends."""
 
     leg: int
-    before: Rest
+    before: RestingRover
     state: RobotState
     commanded: np.ndarray
-    after: Rest
+    after: RestingRover
 
 
 def lifts(ground: Dem, count: int) -> list[Lift]:
@@ -71,7 +71,7 @@ def lifts(ground: Dem, count: int) -> list[Lift]:
     return out
 
 
-def raised(rest: Rest, leg: int, height: float) -> np.ndarray:
+def raised(rest: RestingRover, leg: int, height: float) -> np.ndarray:
     """Set points that lift a wheel by so much [m] if nothing gave way."""
     own = slice(6 * leg, 6 * leg + 6)
     up = vertical(robot(), leg, rest.T_site_base, rest.commanded[own], height)
@@ -82,7 +82,7 @@ def raised(rest: Rest, leg: int, height: float) -> np.ndarray:
     return out
 
 
-def errors(lift: Lift, end: Rest) -> tuple[float, float]:
+def errors(lift: Lift, end: RestingRover) -> tuple[float, float]:
     """Of the chassis' origin and of the wheel's hub [m]; NaN where the prediction found no equilibrium."""
     if not end.settled:
         return float("nan"), float("nan")

@@ -14,7 +14,7 @@ import numpy as np
 from footfall.core.value import SOFTWARE_VERSION
 from footfall.io.policies import write_policy
 from footfall.planning.choice.actions import ACTIONS
-from footfall.planning.choice.mdp import Seen
+from footfall.planning.choice.mdp import SeenTransition
 from footfall.planning.choice.policy import GaitPolicy, learned
 from footfall.planning.choice.reward import reward
 from footfall.planning.choice.settings import ChoiceSettings
@@ -36,11 +36,13 @@ def what_rollouts_are_of(metres: float, settings: ChoiceSettings) -> Item:
     return {"routes": of | {name: getattr(settings, name) for name in ("ahead", "speed", "pause")}}
 
 
-def transitions(routes: Iterable[Route], settings: ChoiceSettings) -> list[Seen]:
+def transitions(routes: Iterable[Route], settings: ChoiceSettings) -> list[SeenTransition]:
     """What was seen on routes, in their order."""
     space, weights = settings.space, settings.weights
     return [
-        Seen(space.index(one.seen), ACTIONS.index(one.action), reward(one.came, weights), space.index(one.after))
+        SeenTransition(
+            space.index(one.seen), ACTIONS.index(one.action), reward(one.came, weights), space.index(one.after)
+        )
         for route in routes
         for one in route.decisions
     ]

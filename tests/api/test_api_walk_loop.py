@@ -8,7 +8,7 @@ from footfall.api.bodies.walk_schemas import WalkLoopOrder
 from footfall.core.errors import InvalidBundle
 from footfall.io.artifacts import encode
 from footfall.planning.choice.actions import ACTIONS, WALK
-from footfall.planning.choice.mdp import Seen
+from footfall.planning.choice.mdp import SeenTransition
 from footfall.planning.choice.onward import CHOOSERS
 from footfall.planning.choice.policy import learned
 from footfall.planning.choice.settings import ChoiceSettings
@@ -95,7 +95,7 @@ def test_a_learned_table_chooses_where_the_server_has_one(server, client, asked)
     by_table = {**GOAL, "choose_by": "table"}
     problem(client.post(LOOP, json={**GOAL, "choose_by": "whim"}), 422, "validation")
     assert "--policy" in problem(client.post(LOOP, json=by_table), 422, "invalid-input")["detail"]
-    seen = [Seen(0, ACTIONS.index(WALK), 1.0, 0)]
+    seen = [SeenTransition(0, ACTIONS.index(WALK), 1.0, 0)]
     try:
         server.sessions.policy = learned(seen, ChoiceSettings(), "0" * 32, 1)
         assert "learned for robot 00000000" in problem(client.post(LOOP, json=by_table), 422, "invalid-input")["detail"]

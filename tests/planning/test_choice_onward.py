@@ -7,7 +7,7 @@ from hypothesis import strategies as st
 
 from footfall.core.errors import InvalidInput
 from footfall.planning.choice.actions import ACTIONS, RIPPLE, TRIPOD, WALK, WAVE
-from footfall.planning.choice.mdp import Seen
+from footfall.planning.choice.mdp import SeenTransition
 from footfall.planning.choice.onward import CHOOSERS, COMMANDED, GAITS, PLANNER, TABLE, require_chooser, way_of
 from footfall.planning.choice.policy import learned
 from footfall.planning.choice.settings import ChoiceSettings
@@ -21,7 +21,7 @@ EASY = Features(0.9)
 def table(**worth):
     """A table that has so seen each action in every state, for good."""
     size = SETTINGS.space.size
-    seen = [Seen(s, ACTIONS.index(name), reward, s) for s in range(size) for name, reward in worth.items()]
+    seen = [SeenTransition(s, ACTIONS.index(name), reward, s) for s in range(size) for name, reward in worth.items()]
     return learned(seen, SETTINGS, ROBOT, 1)
 
 

@@ -12,7 +12,7 @@ from footfall.io.artifacts import encode
 from footfall.io.policies import read_policy, write_policy
 from footfall.planning.choice.actions import ACTION_TEXTS, ACTIONS, TRIPOD, WALK
 from footfall.planning.choice.ground import features_at, ground_of
-from footfall.planning.choice.mdp import Seen
+from footfall.planning.choice.mdp import SeenTransition
 from footfall.planning.choice.policy import VERSION, learned, require_made_for
 from footfall.planning.choice.settings import ChoiceSettings
 from footfall.planning.choice.state import Features, StateSpace
@@ -54,10 +54,10 @@ def test_a_state_in_words():
     assert told == "0.2 ≤ traversability < 0.6, after tripod that was refused"
 
 
-def transitions(rng: np.random.Generator, count: int = 60) -> list[Seen]:
+def transitions(rng: np.random.Generator, count: int = 60) -> list[SeenTransition]:
     size = SETTINGS.space.size
     states = rng.integers(0, size, (count, 2))
-    return [Seen(int(a), int(rng.integers(len(ACTIONS))), float(rng.normal()), int(b)) for a, b in states]
+    return [SeenTransition(int(a), int(rng.integers(len(ACTIONS))), float(rng.normal()), int(b)) for a, b in states]
 
 
 @given(st.integers(0, 2**32 - 1))

@@ -8,7 +8,7 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from footfall.core.errors import InvalidInput
-from footfall.planning.choice.mdp import Process, Seen, estimated, value_iteration
+from footfall.planning.choice.mdp import Process, SeenTransition, estimated, value_iteration
 from footfall.planning.choice.reward import Came, RewardWeights, reward
 
 seeds = st.integers(0, 2**32 - 1)
@@ -68,7 +68,7 @@ def test_a_process_with_a_known_optimum():
     From the first state: stay for ever 1 / (1 − γ), go −1 + 2 γ / (1 − γ), better where γ > 2/3.
     """
     stay, go = 0, 1
-    seen = [Seen(0, stay, 1.0, 0), Seen(0, go, -1.0, 1), Seen(1, stay, 2.0, 1)]
+    seen = [SeenTransition(0, stay, 1.0, 0), SeenTransition(0, go, -1.0, 1), SeenTransition(1, stay, 2.0, 1)]
     process = estimated(seen, 2, 2, stay)
     for discount in (0.5, 0.66, 0.67, 0.9):
         solved = value_iteration(process, discount)
@@ -78,7 +78,12 @@ def test_a_process_with_a_known_optimum():
 
 
 def test_counts_become_chances_and_means():
-    seen = [Seen(0, 1, 1.0, 0), Seen(0, 1, 2.0, 2), Seen(0, 1, 6.0, 2), Seen(2, 0, -4.0, 0)]
+    seen = [
+        SeenTransition(0, 1, 1.0, 0),
+        SeenTransition(0, 1, 2.0, 2),
+        SeenTransition(0, 1, 6.0, 2),
+        SeenTransition(2, 0, -4.0, 0),
+    ]
     process = estimated(seen, 3, 2, 1)
     np.testing.assert_allclose(process.chances[0, 1], [1 / 3, 0, 2 / 3])
     assert process.rewards[0, 1] == 3.0

@@ -25,7 +25,7 @@ from footfall.planning.walk.footprint import footprint
 from footfall.planning.walk.parts import parts_of
 from footfall.planning.walk.problem import BODY, SWING, WalkSettings
 from footfall.planning.walk.recheck.settings import RecheckSettings
-from footfall.planning.walk.recheck.stretches import Stretch
+from footfall.planning.walk.recheck.stretches import MotionStretch
 from footfall.planning.walk.recheck.walk import recheck_walk
 from footfall.planning.walk.start import start_of
 from footfall.planning.walk.world import World
@@ -142,7 +142,7 @@ def test_found_gaits_hold_by_other_means(athlete, place, plans, gait):
     # margins by other means: centre of mass by pin, polygon by shapely
     i = int(np.argmin(plan.margins))
     one = slice(i, i + 1)
-    still = Stretch(
+    still = MotionStretch(
         athlete, 0, 1, (), plan.waypoints[one], plan.Ts_site_base[one], np.zeros(1, int), np.zeros(1), (BODY,)
     )
     lifted = plan.groups[plan.moves[i]] if plan.phases[i] != BODY else ()

@@ -20,7 +20,7 @@ from footfall.planning.walk.hung import Hung
 from footfall.planning.walk.legs_kernel import pose_of
 from footfall.planning.walk.plan import plan_walk
 from footfall.planning.walk.problem import Tethered, WalkGoal, WalkSettings
-from footfall.planning.walk.recheck.holding import Holding, turned
+from footfall.planning.walk.recheck.holding import HoldingCheck, turned
 from footfall.planning.walk.recheck.settings import RecheckSettings
 from footfall.planning.walk.recheck.stretches import stretches
 from footfall.planning.walk.recheck.tethering import Tethering
@@ -78,7 +78,7 @@ def piece(walk, start):
 
 def failed(robot, dem, plan):
     """Names of the checks of forces and of the tether that fail; the others are tested on walks without one."""
-    holding = Holding(robot, plan, SETTINGS, COARSE.hold)
+    holding = HoldingCheck(robot, plan, SETTINGS, COARSE.hold)
     tethering = None if plan.tethered is None else Tethering(robot, dem, plan, plan.tethered)
     for stretch in stretches(robot, plan, COARSE):
         holding.look(stretch, lambda: None)

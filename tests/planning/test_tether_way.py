@@ -9,7 +9,7 @@ from footfall.planning.scene.rover_kernel import place_rover
 from footfall.planning.scene.rover_tables import rover_tables
 from footfall.planning.scene.tether_kernel import DECK, GROUND, REEL, segments_apart, tether_spare
 from footfall.planning.scene.tether_tables import beside_tether, tether_tables
-from footfall.planning.walk.recheck.apart import Body
+from footfall.planning.walk.recheck.apart import MovingBody
 from footfall.planning.walk.recheck.tethering import apart_from, line_between
 from footfall.robot.bvh import robot_meshes
 from footfall.robot.description import PARTS, link_name
@@ -55,8 +55,8 @@ def test_segments_are_as_far_apart_as_their_points(rng):
 def test_nothing_is_nearer_than_told(athlete, ground, rover, rng):
     """Legs and ground by coal's exact meshes."""
     meshes = robot_meshes(athlete.description)
-    bodies = {part: Body(meshes[part]).shape for part in PARTS}
-    surface = Body(triangulate(ground)).shape
+    bodies = {part: MovingBody(meshes[part]).shape for part in PARTS}
+    surface = MovingBody(triangulate(ground)).shape
     free = 0
     for _ in range(60):
         q = athlete.posture("stand") + 0.15 * rng.normal(size=36)

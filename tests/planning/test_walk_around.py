@@ -14,7 +14,7 @@ from footfall.core.grid import GridGeometry
 from footfall.planning.step.problem import Status
 from footfall.planning.walk.around import (
     CELL,
-    CostGrid,
+    ChassisCosts,
     NoWay,
     cost_grid,
     is_easy,
@@ -98,7 +98,7 @@ def random_grid(seed, share):
     costs = 1.0 + 9.0 * rng.uniform(size=(14, 19)) ** 4
     may = rng.uniform(size=costs.shape) > share
     may[3, 2] = may[11, 16] = True
-    return CostGrid(np.array([-2.0, 1.0]), costs, may)
+    return ChassisCosts(np.array([-2.0, 1.0]), costs, may)
 
 
 @settings(max_examples=60, deadline=None, derandomize=True)

@@ -7,7 +7,7 @@ import pytest
 
 from footfall.core.errors import InvalidInput
 from footfall.planning.choice.actions import ACTIONS, TRIPOD, WALK, WAVE
-from footfall.planning.choice.mdp import Seen
+from footfall.planning.choice.mdp import SeenTransition
 from footfall.planning.choice.onward import GAITS, TABLE
 from footfall.planning.choice.policy import learned
 from footfall.planning.choice.settings import ChoiceSettings
@@ -86,7 +86,7 @@ def tripods(robot):
     settings = ChoiceSettings(space=StateSpace(()))
     worth = {TRIPOD: 2.0, WAVE: 1.0, WALK: 0.0}
     states = range(settings.space.size)
-    seen = [Seen(s, ACTIONS.index(name), reward, s) for s in states for name, reward in worth.items()]
+    seen = [SeenTransition(s, ACTIONS.index(name), reward, s) for s in states for name, reward in worth.items()]
     return learned(seen, settings, robot, 1)
 
 

@@ -7,7 +7,7 @@ from typing import Any
 import numpy as np
 
 from footfall.planning.compliance.predict import advanced
-from footfall.planning.compliance.rover import CompliantRover, Rest
+from footfall.planning.compliance.rover import CompliantRover, RestingRover
 from footfall.planning.compliance.settings import ComplianceSettings
 from footfall.sequence.commands import AtRest
 from footfall.sequence.settings import SequenceSettings
@@ -26,7 +26,7 @@ class YieldingRover:
         self.live, self.dem = live, live.get(live.state.dem)
         self.settings = ComplianceSettings(wheel_scale=wheel_scale)
         self.springs = CompliantRover(live.robot, self.dem, self.settings)
-        self.rest: Rest = self.springs.let_down(state.posture, state.T_site_base)
+        self.rest: RestingRover = self.springs.let_down(state.posture, state.T_site_base)
         self.shift = np.zeros_like(self.rest.posture)
         self.number, self.sent = 0, []
         live.rover.link._clock = lambda: (

@@ -12,7 +12,7 @@ from scipy.stats import binomtest, bootstrap
 
 from footfall.core.errors import InvalidInput
 from footfall.planning.choice.actions import ACTIONS, TRIPOD, WALK, WAVE
-from footfall.planning.choice.mdp import Seen
+from footfall.planning.choice.mdp import SeenTransition
 from footfall.planning.choice.policy import learned
 from footfall.planning.choice.reward import Came, RewardWeights, reward
 from footfall.planning.choice.settings import ChoiceSettings
@@ -199,7 +199,7 @@ def test_rules_that_are_compared_with():
 def test_of_a_table_what_is_commanded_is_its_best_that_moves_one_foot_at_a_time():
     worth = {TRIPOD: 1.0, WAVE: 0.0, WALK: -1.0}
     states = range(SETTINGS.space.size)
-    seen = [Seen(one, ACTIONS.index(name), reward, one) for one in states for name, reward in worth.items()]
+    seen = [SeenTransition(one, ACTIONS.index(name), reward, one) for one in states for name, reward in worth.items()]
     policy = learned(seen, SETTINGS, "0" * 32, 1)
     choose = choosers.chooser(choosers.LEARNED_COMMANDED, policy)
     assert policy.choose(Features(0.9)) == TRIPOD

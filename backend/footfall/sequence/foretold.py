@@ -20,7 +20,7 @@ from footfall.core.errors import InvalidInput
 from footfall.core.frames import apply
 from footfall.core.value import Provenance
 from footfall.planning.compliance.from_telemetry import LEAST_LOAD, UNEXPLAINED
-from footfall.planning.compliance.rover import Rest
+from footfall.planning.compliance.rover import RestingRover
 from footfall.planning.compliance.seen_yield import gives_way
 from footfall.planning.compliance.settings import WIDEST, ComplianceSettings
 from footfall.planning.execution.seen_clearance import NORMAL_95, height_deviation
@@ -137,7 +137,7 @@ class Platform:
     sway: Array
 
 
-def platform_of(robot: Robot, rest: Rest, lift: Array) -> Platform:
+def platform_of(robot: Robot, rest: RestingRover, lift: Array) -> Platform:
     """Of the wheels that touch, held by friction. lift: (legs, 3, 6), how a wheel moves in site with its leg's joints.
 
     A leg is its joints' springs and its wheel's, one after the other, in all directions; the chassis is rigid.
@@ -156,7 +156,7 @@ def platform_of(robot: Robot, rest: Rest, lift: Array) -> Platform:
     return Platform(loads, moved[2], np.linalg.norm(moved[:2], axis=0))
 
 
-def _rest_after(robot: Robot, dem: Dem, sequence: Sequence, rows: int, softer: float) -> Rest:
+def _rest_after(robot: Robot, dem: Dem, sequence: Sequence, rows: int, softer: float) -> RestingRover:
     """The rover's rest after some rows, its springs softer by a share than was assumed."""
     made_with = sequence.provenance.settings
     settings = made_with if isinstance(made_with, SequenceSettings) else SequenceSettings()

@@ -15,7 +15,7 @@ from footfall.core.frames import apply
 from footfall.maps.standing import contacts
 from footfall.planning.compliance.from_telemetry import measured
 from footfall.planning.compliance.predict import STRIDE, advanced
-from footfall.planning.compliance.rover import CompliantRover, Rest
+from footfall.planning.compliance.rover import CompliantRover, RestingRover
 from footfall.planning.execution.course import FALL
 from footfall.planning.step.ground import GroundRefused, Nearby, nearby
 from footfall.robot.kinematics import wheel_centers
@@ -39,7 +39,7 @@ class YieldingRow:
     reason: why it is not predicted to its end, else empty; ``rests`` then ends before that.
     """
 
-    rests: tuple[Rest, ...]
+    rests: tuple[RestingRover, ...]
     reason: str = ""
 
 
@@ -80,7 +80,7 @@ def follow(
     rover = CompliantRover(robot, whole, settings.compliance, unseen)
     rest = measured(rover, state, at_rest.set_points, fitted)
     rows: list[YieldingRow] = []
-    ends: list[Rest] = []
+    ends: list[RestingRover] = []
     set_points: list[Array] = []
     for command in commands:
         if not (rows and rows[-1].reason):
@@ -107,7 +107,7 @@ def require_terrain(dem: Dem | None) -> Dem:
     return dem
 
 
-def _row(rover: CompliantRover, rest: Rest, command: Command) -> YieldingRow:
+def _row(rover: CompliantRover, rest: RestingRover, command: Command) -> YieldingRow:
     robot = rover.robot
     moved = target(command, robot.leg_count)
     if moved is None:
@@ -136,7 +136,7 @@ def _row(rover: CompliantRover, rest: Rest, command: Command) -> YieldingRow:
     return YieldingRow(tuple(rests))
 
 
-def _touched(rests: Sequence[Rest], command: Command, count: int) -> bool:
+def _touched(rests: Sequence[RestingRover], command: Command, count: int) -> bool:
     """Whether the force along the site's up has risen by what ends a LEG_LOWER, of ``count`` samples on all its way."""
     seconds = command.duration / count if np.isfinite(command.duration) else 0.0
     times = np.arange(len(rests)) * seconds

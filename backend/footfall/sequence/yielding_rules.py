@@ -30,7 +30,7 @@ from footfall.balance.support import margins
 from footfall.core.beside import beside
 from footfall.core.frames import apply
 from footfall.planning.compliance.from_telemetry import LEAST_LOAD
-from footfall.planning.compliance.rover import CompliantRover, Rest
+from footfall.planning.compliance.rover import CompliantRover, RestingRover
 from footfall.planning.execution.plan import rim_clearance
 from footfall.planning.execution.problem import PHASES
 from footfall.planning.stance.move_checks import LOCKED, coms_of, dense
@@ -175,7 +175,7 @@ def _least_load(rover: CompliantRover) -> float:
     return LEAST_LOAD * rover.mass * float(np.linalg.norm(rover.gravity))
 
 
-def slip(rover: CompliantRover, before: Rest, now: Rest) -> Array:
+def slip(rover: CompliantRover, before: RestingRover, now: RestingRover) -> Array:
     """How far the material of each wheel that touches in both moved over the ground, site, (legs, 3) [m].
 
     A rim moves with its locked wheel, by the turn × the normal × the radius that it rolls on, and what is beyond slips.
@@ -229,7 +229,7 @@ def _torque(robot: Robot, row: int, going: YieldingRow) -> RuleResult:
     return RuleResult("torque", row, ratio <= 1.0, 1.0 - ratio, "of the limit", text)
 
 
-def _lift_off(rover: CompliantRover, row: int, rest: Rest, leg: int) -> RuleResult:
+def _lift_off(rover: CompliantRover, row: int, rest: RestingRover, leg: int) -> RuleResult:
     height = float(rim_clearance(rover.dem, rest.hubs[leg][None], rover.robot.wheel_radius)[0])
     lacking = WANTED - height
     if rest.touching[leg]:

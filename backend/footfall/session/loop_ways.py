@@ -20,7 +20,7 @@ from footfall.session.loop_settings import LoopSettings
 from footfall.telemetry.state import RobotState
 
 if TYPE_CHECKING:
-    from footfall.planning.choice.ground import Ground
+    from footfall.planning.choice.ground import GroundLayers
     from footfall.session.parts import SessionParts
 
 AGAIN = "the plan before could not be gone on with from here"
@@ -84,7 +84,7 @@ class WaysOn:
         self._policy = settings.policy if settings.choose_by == TABLE else None
         self._choice = ChoiceSettings() if self._policy is None else self._policy.settings
         self._current = PLANNED
-        self._ground: tuple[str, Ground] | None = None
+        self._ground: tuple[str, GroundLayers] | None = None
         self.latest: WayChosen | None = None
         self.planners: Counter[str] = Counter()
 

@@ -22,7 +22,7 @@ MAPS = MapSettings()
 
 
 @dataclass(frozen=True, eq=False)
-class Ground:
+class GroundLayers:
     """Layers (rows, cols) of a map. good: goodness × certainty, 0 where unknown. gradient: rise to east and north,
     (rows, cols, 2), NaN where unknown. ages: [s] before the newest cell, 0 where the map does not say. around: how far
     the wheels are from the middle of the rover [m]."""
@@ -34,18 +34,18 @@ class Ground:
     around: float
 
 
-def ground_of(robot: Robot, dem: Dem) -> Ground:
+def ground_of(robot: Robot, dem: Dem) -> GroundLayers:
     """The ground of a map for a robot."""
     found = traversability(dem, MAPS)
     good = np.nan_to_num(np.asarray(found.goodness, np.float64)) * found.certainty
     ages = np.zeros(dem.geometry.shape)
     if dem.time is not None and np.isfinite(dem.time).any():
         ages = np.nan_to_num(np.nanmax(dem.time) - dem.time)
-    return Ground(dem.geometry, good, found.gradient, ages, reach(robot))
+    return GroundLayers(dem.geometry, good, found.gradient, ages, reach(robot))
 
 
 def features_at(
-    ground: Ground, T_site_base: Array, onto: Array, current: str = WALK, refused: bool = False
+    ground: GroundLayers, T_site_base: Array, onto: Array, current: str = WALK, refused: bool = False
 ) -> Features:
     """Of the rover at T_site_base (4, 4) that goes straight on to x, y (2,) [m]: the ground under it from here to
     there, as far around as its wheels are. Beyond the map nothing is known."""
@@ -63,7 +63,7 @@ def features_at(
     return Features(least, math.atan(rise), lean, oldest, current, refused)
 
 
-def _leaves(ground: Ground, here: Array, there: Array) -> bool:
+def _leaves(ground: GroundLayers, here: Array, there: Array) -> bool:
     """Whether the ground around the way is not all on the map."""
     west, south, east, north = ground.geometry.bounds
     low, high = np.minimum(here, there) - ground.around, np.maximum(here, there) + ground.around

@@ -15,7 +15,7 @@ Array = NDArray[np.float64]
 
 
 @dataclass(frozen=True)
-class Seen:
+class SeenTransition:
     """One transition: state, action, the reward, and the state after it."""
 
     state: int
@@ -55,7 +55,7 @@ class Solved:
         return np.argmax(self.action_values, axis=1)
 
 
-def estimated(seen: Iterable[Seen], states: int, actions: int, otherwise: int) -> Process:
+def estimated(seen: Iterable[SeenTransition], states: int, actions: int, otherwise: int) -> Process:
     """The process of largest likelihood: counts over their sum, means of rewards. Sums are in the order of ``seen``.
 
     A state in which nothing was seen gets action ``otherwise``, stays as it is, and is worth the worst mean reward of

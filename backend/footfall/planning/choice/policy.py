@@ -8,7 +8,7 @@ from numpy.typing import NDArray
 from footfall.core.errors import InvalidInput
 from footfall.core.value import Provenance, Value, value
 from footfall.planning.choice.actions import ACTIONS, WALK
-from footfall.planning.choice.mdp import Seen, estimated, value_iteration
+from footfall.planning.choice.mdp import SeenTransition, estimated, value_iteration
 from footfall.planning.choice.settings import ChoiceSettings
 from footfall.planning.choice.state import Features
 
@@ -63,7 +63,7 @@ class GaitPolicy(Value):
         return among[int(np.argmax(own))] if np.isfinite(own).any() else WALK
 
 
-def learned(seen: Sequence[Seen], settings: ChoiceSettings, robot: str, seeds: int) -> GaitPolicy:
+def learned(seen: Sequence[SeenTransition], settings: ChoiceSettings, robot: str, seeds: int) -> GaitPolicy:
     """The optimal policy of the process that was seen; robot: digest of whose iterations those were."""
     space = settings.space
     tried = np.zeros((space.size, len(ACTIONS)), np.int64)

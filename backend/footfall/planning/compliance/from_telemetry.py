@@ -14,7 +14,7 @@ from footfall.balance.posture_statics import PostureStatics
 from footfall.core.errors import InvalidInput
 from footfall.core.frames import apply, inverse
 from footfall.planning.compliance.equilibrium_kernel import Pose
-from footfall.planning.compliance.rover import CompliantRover, Rest, require_three
+from footfall.planning.compliance.rover import CompliantRover, RestingRover, require_three
 from footfall.planning.compliance.seen_yield import LEAST_YIELD
 from footfall.robot.tolerance import inside
 from footfall.telemetry.state import RobotState
@@ -34,7 +34,9 @@ LEAST_LOAD = 0.005
 """A wheel that is pressed with less than this share of the weight is in the air: force sensors are not exact."""
 
 
-def measured(rover: CompliantRover, state: RobotState, commanded: ArrayLike | None = None, fitted: bool = True) -> Rest:
+def measured(
+    rover: CompliantRover, state: RobotState, commanded: ArrayLike | None = None, fitted: bool = True
+) -> RestingRover:
     """The equilibrium that telemetry shows.
 
     commanded: (legs × 6,) set points; None: posture + torque / stiffness. Wheel forces are those of the state; where it

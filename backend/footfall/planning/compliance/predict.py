@@ -7,7 +7,7 @@ from numpy.typing import ArrayLike, NDArray
 
 from footfall.core.errors import InvalidInput
 from footfall.core.progress import Progress, no_progress
-from footfall.planning.compliance.rover import CompliantRover, Rest
+from footfall.planning.compliance.rover import CompliantRover, RestingRover
 
 Array = NDArray[np.float64]
 
@@ -16,14 +16,14 @@ STRIDE = 0.05
 
 
 @dataclass(frozen=True, eq=False)
-class Motion:
+class PredictedMotion:
     """Equilibria along a commanded motion, one for each waypoint up to the last that has one.
 
     rests: m ≤ n of them; reason: why there are fewer than waypoints, else empty. gaps: (m, legs) [m], how far each rim
     is from the ground along its normal; negative: how much it is pressed in, the wheel touches.
     """
 
-    rests: tuple[Rest, ...]
+    rests: tuple[RestingRover, ...]
     reason: str
     gaps: Array
 
@@ -43,7 +43,9 @@ class Motion:
         return np.array([rest.forces for rest in self.rests])
 
 
-def predict(rover: CompliantRover, start: Rest, commanded: ArrayLike, progress: Progress = no_progress) -> Motion:
+def predict(
+    rover: CompliantRover, start: RestingRover, commanded: ArrayLike, progress: Progress = no_progress
+) -> PredictedMotion:
     """Follow the set points ``commanded`` (n, legs × 6) [rad] from ``start``, straight from each to the next.
 
     progress: may raise Cancelled. Raises InvalidInput for wrong shapes.
@@ -53,7 +55,7 @@ def predict(rover: CompliantRover, start: Rest, commanded: ArrayLike, progress: 
         raise InvalidInput(
             f"a commanded motion needs n × {len(start.commanded)} finite joint angles [rad]", shape=list(path.shape)
         )
-    rests: list[Rest] = []
+    rests: list[RestingRover] = []
     rest, reason = start, ""
     for i, target in enumerate(path):
         progress(i / len(path), "predicting how the rover gives way")
@@ -63,10 +65,10 @@ def predict(rover: CompliantRover, start: Rest, commanded: ArrayLike, progress: 
             break
         rests.append(rest)
     gaps = np.array([rover.gaps(one) for one in rests]).reshape(len(rests), rover.robot.leg_count)
-    return Motion(tuple(rests), reason, gaps)
+    return PredictedMotion(tuple(rests), reason, gaps)
 
 
-def advanced(rover: CompliantRover, rest: Rest, commanded: Array) -> Rest:
+def advanced(rover: CompliantRover, rest: RestingRover, commanded: Array) -> RestingRover:
     """The equilibrium after the set points went straight to ``commanded``, the ground looked at every ``STRIDE``."""
     origin = rest.commanded
     parts = max(1, int(np.ceil(np.abs(commanded - origin).max() / STRIDE)))

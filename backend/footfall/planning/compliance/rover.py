@@ -37,7 +37,7 @@ NO_GROUND = -1e3
 
 
 @dataclass(frozen=True, eq=False)
-class Rest:
+class RestingRover:
     """The rover in equilibrium, with all that its future depends on.
 
     commanded, posture: (legs × 6,) set points and angles [rad]; T_site_base: (4, 4). forces: of the ground on the
@@ -110,7 +110,7 @@ class CompliantRover:
         self.body = _body(robot, self.settings, self.stiffness, self.wheel_stiffness)
         self.mass = self.body.chassis_mass + float(self.body.masses.sum())
 
-    def let_down(self, commanded: ArrayLike, T_site_base: ArrayLike) -> Rest:
+    def let_down(self, commanded: ArrayLike, T_site_base: ArrayLike) -> RestingRover:
         """How the rover comes to rest that stands weightless, its joints at ``commanded`` (legs × 6,), and is let go.
 
         Wheels within STANDING_GAP of the ground, or over ground that nobody saw, touch it where they are. Raises
@@ -132,7 +132,7 @@ class CompliantRover:
         raised = np.where(seen, np.sum((points - below) * normals, axis=1), 0.0)
         return self.settle(pose, q, q, np.zeros_like(q), np.zeros_like(q), self.stiffness, raised, 1)
 
-    def after(self, rest: Rest, commanded: ArrayLike) -> Rest:
+    def after(self, rest: RestingRover, commanded: ArrayLike) -> RestingRover:
         """The equilibrium after the set points went straight to ``commanded`` (legs × 6,).
 
         The ground under each wheel is taken where that wheel is before: ask for a few centimetres at a time.
@@ -160,7 +160,7 @@ class CompliantRover:
         )
         return self.settle(pose, rest.commanded, target, rest.bias, rest.offset, rest.stiffness, raised, increments)
 
-    def found_higher(self, rest: Rest) -> float:
+    def found_higher(self, rest: RestingRover) -> float:
         """How much higher than on the map the wheels that touch find the ground [m], by their median.
 
         0 where none stands on ground that was seen.
@@ -188,11 +188,11 @@ class CompliantRover:
         stiffness: Array,
         raised: Array,
         increments: int,
-    ) -> Rest:
+    ) -> RestingRover:
         """The equilibrium that ``pose``, one with the set points ``before``, goes to with ``commanded``.
 
         bias: on top of both, of legs whose wheels touch: what their deflection is more than explained comes from where
-        and how the ground pushes on the wheel. offset, stiffness, raised: see :class:`Rest`. pose is changed.
+        and how the ground pushes on the wheel. offset, stiffness, raised: see :class:`RestingRover`. pose is changed.
         """
         borne = offset + np.where(np.repeat(pose.touching, 6), bias, 0.0)
         target = commanded + borne
@@ -200,7 +200,7 @@ class CompliantRover:
         left_over = settle(body, pose, before + borne, target, self.gravity, increments)
         T = transform(pose.R, pose.t)
         hubs, turns = self.wheels(pose.q, T)
-        return Rest(
+        return RestingRover(
             commanded=np.array(commanded),
             posture=pose.q,
             T_site_base=T,
@@ -224,7 +224,7 @@ class CompliantRover:
         Ts = T_site_base @ np.array([leg_wheel_pose(self.robot, posture[6 * i : 6 * i + 6], i) for i in legs])
         return Ts[:, :3, 3].copy(), Ts[:, :3, :3].copy()
 
-    def gaps(self, rest: Rest) -> Array:
+    def gaps(self, rest: RestingRover) -> Array:
         """How far each rim is from its ground along the normal, (legs,) [m]; negative: pressed in."""
         return np.sum((rest.hubs - rest.points) * rest.normals, axis=1) - self.robot.wheel_radius
 
@@ -248,7 +248,7 @@ class CompliantRover:
             seen = seen | np.isfinite(heights)
         return points, normals, seen
 
-    def state(self, rest: Rest, time: float = 0.0) -> RobotState:
+    def state(self, rest: RestingRover, time: float = 0.0) -> RobotState:
         """What the telemetry of a rover at rest says."""
         return RobotState(self.robot.name, time, rest.posture, rest.T_site_base, rest.forces, rest.torques, "idle")
 

@@ -9,7 +9,7 @@ from numpy.typing import ArrayLike, NDArray
 from footfall.core.errors import InvalidInput
 from footfall.core.value import Provenance
 from footfall.planning.compliance.from_telemetry import measured
-from footfall.planning.compliance.rover import CompliantRover, Rest
+from footfall.planning.compliance.rover import CompliantRover, RestingRover
 from footfall.planning.execution.settings import ExecutionSettings
 from footfall.planning.stance.body_move import No, stance_of
 from footfall.planning.stance.move import BodyMovePlan
@@ -33,7 +33,7 @@ class Beginning:
 
     rover: CompliantRover
     body: WholeBody
-    rest: Rest
+    rest: RestingRover
 
 
 def asked_of(
@@ -80,7 +80,7 @@ def beginning(
     settings: ExecutionSettings,
     commanded: ArrayLike | None,
     reach_out: float = 0.0,
-    rest: Rest | None = None,
+    rest: RestingRover | None = None,
 ) -> Beginning | No:
     """The rover of a state, or why it can't begin there.
 

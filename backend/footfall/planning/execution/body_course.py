@@ -10,7 +10,7 @@ from scipy.spatial.transform import Rotation
 
 from footfall.core.frames import inverse
 from footfall.core.progress import Progress
-from footfall.planning.compliance.rover import CompliantRover, Rest
+from footfall.planning.compliance.rover import CompliantRover, RestingRover
 from footfall.planning.execution.forces import Holder
 from footfall.planning.execution.problem import BODY
 from footfall.planning.execution.settings import ExecutionSettings
@@ -36,7 +36,12 @@ class BodyCourse:
     """
 
     def __init__(
-        self, rover: CompliantRover, start: Rest, plan: BodyMovePlan, settings: ExecutionSettings, progress: Progress
+        self,
+        rover: CompliantRover,
+        start: RestingRover,
+        plan: BodyMovePlan,
+        settings: ExecutionSettings,
+        progress: Progress,
     ) -> None:
         self.rover, self.robot, self.start = rover, rover.robot, start
         self.standing = start.touching

@@ -7,7 +7,7 @@ from numpy.typing import ArrayLike
 
 from footfall.core.progress import Progress, no_progress, part
 from footfall.core.value import Provenance
-from footfall.planning.compliance.rover import Rest
+from footfall.planning.compliance.rover import RestingRover
 from footfall.planning.execution.begin import Beginning, asked_of, beginning, moved
 from footfall.planning.execution.body_course import BodyCourse
 from footfall.planning.execution.checks import body_checks_of, judged
@@ -61,7 +61,7 @@ class BodyExecuted:
     """The answer, and how the rover rests after it; None where that was not predicted."""
 
     result: BodyExecutionResult
-    end: Rest | None
+    end: RestingRover | None
 
 
 def body_executed(

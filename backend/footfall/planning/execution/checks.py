@@ -9,7 +9,7 @@ from footfall.balance.payload import loaded
 from footfall.balance.support import margins
 from footfall.core.frames import apply
 from footfall.planning.compliance.ball_contact import second_gaps
-from footfall.planning.compliance.rover import Rest
+from footfall.planning.compliance.rover import RestingRover
 from footfall.planning.execution.problem import BodyExecution, Execution, Predicted, ends_of
 from footfall.planning.execution.settings import ExecutionSettings
 from footfall.planning.stance.move_checks import LOCKED, Path, coms_of, dense
@@ -47,7 +47,7 @@ LEAN = 0.003
 
 
 def checks_of(
-    robot: Robot, done: Execution, rests: Sequence[Rest], body: WholeBody, settings: ExecutionSettings
+    robot: Robot, done: Execution, rests: Sequence[RestingRover], body: WholeBody, settings: ExecutionSettings
 ) -> tuple[Check, ...]:
     """Every check of an execution; rests: where the rover is predicted to be, n of them."""
 
@@ -71,7 +71,7 @@ def checks_of(
 
 
 def body_checks_of(
-    robot: Robot, done: BodyExecution, rests: Sequence[Rest], body: WholeBody, settings: ExecutionSettings
+    robot: Robot, done: BodyExecution, rests: Sequence[RestingRover], body: WholeBody, settings: ExecutionSettings
 ) -> tuple[Check, ...]:
     """Every check of a move of the chassis; rests: where the rover is predicted to be, n of them."""
     where = _where(done)
@@ -102,7 +102,7 @@ def _pose(done: BodyExecution) -> Check:
 
 
 def _borne(
-    robot: Robot, done: Predicted, rests: Sequence[Rest], supports: list[int], settings: ExecutionSettings
+    robot: Robot, done: Predicted, rests: Sequence[RestingRover], supports: list[int], settings: ExecutionSettings
 ) -> tuple[Check, ...]:
     """What joints and supporting wheels bear."""
     where = _where(done)
@@ -192,7 +192,12 @@ def _near(name: str, found: NearestGap, rows: NDArray[np.int64], done: Predicted
 
 
 def _one_contact(
-    robot: Robot, done: Execution, rests: Sequence[Rest], dem: Dem, supports: list[int], where: Callable[[int], str]
+    robot: Robot,
+    done: Execution,
+    rests: Sequence[RestingRover],
+    dem: Dem,
+    supports: list[int],
+    where: Callable[[int], str],
 ) -> Check:
     """Whether each supporting wheel touches the ground on one side only, at the ends of the phases.
 

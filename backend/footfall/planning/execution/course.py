@@ -9,7 +9,7 @@ from numpy.typing import NDArray
 from footfall.core.frames import apply
 from footfall.core.progress import Progress
 from footfall.planning.compliance.predict import advanced
-from footfall.planning.compliance.rover import CompliantRover, Rest
+from footfall.planning.compliance.rover import CompliantRover, RestingRover
 from footfall.planning.execution.forces import Holder
 from footfall.planning.execution.leg_moves import strained, with_hub_at
 from footfall.planning.execution.settings import ExecutionSettings
@@ -43,7 +43,7 @@ class Course:
     stopped_at is −1 where lowering would not be stopped by the ground.
     """
 
-    rests: tuple[Rest, ...]
+    rests: tuple[RestingRover, ...]
     phases: tuple[str, ...]
     guarded_from: int
     stopped_at: int
@@ -59,7 +59,12 @@ class Commander(ABC):
     """What one mode commands. The plan's wheel path is kept in site; ``T_plan`` is the chassis pose planned with."""
 
     def __init__(
-        self, rover: CompliantRover, start: Rest, plan: StepPlan, settings: ExecutionSettings, progress: Progress
+        self,
+        rover: CompliantRover,
+        start: RestingRover,
+        plan: StepPlan,
+        settings: ExecutionSettings,
+        progress: Progress,
     ) -> None:
         self.rover, self.robot, self.start, self.plan, self.settings = rover, rover.robot, start, plan, settings
         self.leg, self.own = plan.leg, slice(6 * plan.leg, 6 * plan.leg + 6)

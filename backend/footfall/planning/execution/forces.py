@@ -9,7 +9,7 @@ from footfall.balance.forces import distribute, equilibrium_matrix
 from footfall.balance.payload import loaded
 from footfall.core.frames import apply
 from footfall.planning.compliance.from_telemetry import gravity_and_jacobians, holding, wheel_arms
-from footfall.planning.compliance.rover import CompliantRover, Rest
+from footfall.planning.compliance.rover import CompliantRover, RestingRover
 from footfall.robot.kinematics import center_of_mass
 
 Array = NDArray[np.float64]
@@ -21,7 +21,7 @@ class Holder:
     normals: (legs, 3) of the ground at the wheels, site; one changes where a wheel is put down elsewhere.
     """
 
-    def __init__(self, rover: CompliantRover, start: Rest) -> None:
+    def __init__(self, rover: CompliantRover, start: RestingRover) -> None:
         self.rover, self.start, self.normals = rover, start, start.normals.copy()
 
     def set_points(self, posture: Array, T_site_base: Array, forces: Array, hubs: Array | None = None) -> Array:
@@ -123,7 +123,7 @@ class Holder:
         return loaded(self.rover.robot, center_of_mass(self.rover.robot, posture), self.rover.settings.balance)
 
 
-def borne(rover: CompliantRover, rests: Sequence[Rest], least_load: float) -> tuple[Array, Array, Array]:
+def borne(rover: CompliantRover, rests: Sequence[RestingRover], least_load: float) -> tuple[Array, Array, Array]:
     """Forces (n, legs, 3) [N], loads along the normals (n, legs) [N], and shares of friction in use (n, legs).
 
     The share is 0 where a wheel bears no more than ``least_load`` [N].

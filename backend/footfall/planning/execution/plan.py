@@ -13,7 +13,7 @@ from footfall.core.progress import Progress, no_progress, part
 from footfall.core.value import Provenance
 from footfall.planning.compliance.from_telemetry import measured
 from footfall.planning.compliance.predict import predict
-from footfall.planning.compliance.rover import CompliantRover, Rest
+from footfall.planning.compliance.rover import CompliantRover, RestingRover
 from footfall.planning.compliance.settings import WIDEST, ComplianceSettings
 from footfall.planning.execution.begin import REACH_OUT, Beginning, asked_of, beginning, moved
 from footfall.planning.execution.checks import checks_of, judged
@@ -76,7 +76,7 @@ class Executed:
     """The answer, and how the rover rests after it; None where that was not predicted."""
 
     result: ExecutionResult
-    end: Rest | None
+    end: RestingRover | None
 
 
 def executed(
@@ -113,7 +113,7 @@ class _Attempt:
         self.rover, self.robot, self.body = began.rover, began.rover.robot, began.body
         self.state, self.start = state, began.rest
         self.settings, self.provenance = settings, provenance
-        self.end: Rest | None = None
+        self.end: RestingRover | None = None
 
     def lifted_enough(self, dem: Dem, plan: StepPlan, progress: Progress) -> tuple[Execution, tuple[Check, ...]]:
         """The execution with the lift raised until the wheel clears the ground, or the last that could be planned."""

@@ -5,7 +5,7 @@ from numpy.typing import NDArray
 
 from footfall.core.progress import Progress
 from footfall.planning.compliance.predict import advanced
-from footfall.planning.compliance.rover import CompliantRover, Rest
+from footfall.planning.compliance.rover import CompliantRover, RestingRover
 
 Array = NDArray[np.float64]
 
@@ -20,7 +20,7 @@ class Lost(Exception):
 class Walker:
     """Follows set points from row to row and remembers where the rover was."""
 
-    def __init__(self, rover: CompliantRover, start: Rest, first: str, rows: int, progress: Progress) -> None:
+    def __init__(self, rover: CompliantRover, start: RestingRover, first: str, rows: int, progress: Progress) -> None:
         """first: the phase that begins at ``start``; rows: about how many there will be."""
         self.rover, self.rest, self._rows, self._progress = rover, start, rows, progress
         self.rests, self.phases = [start], [first]

@@ -13,7 +13,7 @@ Array = NDArray[np.float64]
 
 
 @dataclass
-class Rows:
+class GaitRows:
     """Waypoints as they are joined; at: where the rover is after the last."""
 
     at: At

@@ -9,7 +9,7 @@ from numpy.typing import NDArray
 from footfall.core.errors import InvalidInput
 from footfall.core.progress import Progress, no_progress
 from footfall.core.value import Provenance
-from footfall.planning.gait.assemble import Rows
+from footfall.planning.gait.assemble import GaitRows
 from footfall.planning.gait.failing import posture_over
 from footfall.planning.gait.layout import Layout, laid_out, placed
 from footfall.planning.gait.problem import GaitFailure, GaitPlan, GaitResult, GaitSettings
@@ -118,7 +118,7 @@ class _Attempt:
     def _with(self, world: World, start: At, way: Guide, ease: Footprint, beat: Rhythm) -> GaitResult:
         """The gait with one stride."""
         layout = laid_out(world, self.dem, beat, way, ease, self.settings.tolerance)
-        rows = Rows(start)
+        rows = GaitRows(start)
         begun = settled(world, start, beat, layout, self.settings.tolerance)
         for moved in begun.moves:
             rows.moved(moved)
@@ -145,7 +145,7 @@ class _Attempt:
         checks = checks_of(plan, world.settings)
         return GaitResult(Status.FOUND, plan, None, "", None, way.length, checks, self.goal, self.provenance)
 
-    def _plan(self, rows: Rows, beat: Rhythm, layout: Layout, settling: int) -> GaitPlan:
+    def _plan(self, rows: GaitRows, beat: Rhythm, layout: Layout, settling: int) -> GaitPlan:
         return GaitPlan(
             goal=self.goal,
             groups=tuple(rows.groups),
@@ -166,7 +166,7 @@ class _Attempt:
         )
 
     def _failed(
-        self, world: World, rows: Rows, ended: _Ended, beat: Rhythm, layout: Layout, settling: int
+        self, world: World, rows: GaitRows, ended: _Ended, beat: Rhythm, layout: Layout, settling: int
     ) -> GaitResult:
         x, y = (float(one) for one in rows.at.T_site_base[:2, 3])
         lack, T_site_base = ended.lack, ended.T_site_base

@@ -22,7 +22,7 @@ TRIES = 3
 
 
 @dataclass(frozen=True, eq=False)
-class Settled:
+class SettledFeet:
     """The foot moves that were made; lack: why no more were, with the leg of the next."""
 
     moves: list[Moved]
@@ -30,7 +30,7 @@ class Settled:
     lack: Lack | None = None
 
 
-def settled(world: World, start: At, beat: Rhythm, layout: Layout, tolerance: float) -> Settled:
+def settled(world: World, start: At, beat: Rhythm, layout: Layout, tolerance: float) -> SettledFeet:
     """Feet that are within ``tolerance`` [m] of where the gait has them, and can stay as long as it wants, do.
 
     Where one can't be moved the others are moved first.
@@ -52,8 +52,8 @@ def settled(world: World, start: At, beat: Rhythm, layout: Layout, tolerance: fl
             unit = moved.unit if isinstance(moved, Lack) else "m or rad"
             lack = lack or ((leg,), Lack(moved.check, moved.leg, moved.lacks, unit))
         else:
-            return Settled(moves, *(lack or ((), None)))
-    return Settled(moves)
+            return SettledFeet(moves, *(lack or ((), None)))
+    return SettledFeet(moves)
 
 
 def _stays(world: World, start: At, beat: Rhythm, layout: Layout, row: int, tolerance: float) -> bool:

@@ -22,7 +22,7 @@ _NEAR = 1e-9
 
 
 @dataclass(frozen=True, eq=False)
-class Pieces:
+class WayPieces:
     """A way cut where it passes from one cell to the next.
 
     points: (n + 1, 2) x, y [m]; corners: (n + 1,) whether the way itself has a point there. lengths: (n,) [m]. cells:
@@ -44,7 +44,7 @@ class Faced:
     cost: float
 
 
-def pieces(geometry: GridGeometry, way: Array) -> Pieces:
+def pieces(geometry: GridGeometry, way: Array) -> WayPieces:
     """A way (n, 2) [m] over a grid, cut at its cells' edges."""
     size = geometry.resolution
     edges = (way - (geometry.x0, geometry.y0)) / size + 0.5
@@ -68,7 +68,7 @@ def pieces(geometry: GridGeometry, way: Array) -> Pieces:
             lengths.append((end - begin) * length * size)
             middles.append(a + 0.5 * (begin + end) * (b - a))
     cells = np.array([_cells(middle, geometry) for middle in middles], np.int64).reshape(-1, 2, 2)
-    return Pieces(np.array(points), np.array(corners), np.array(lengths), cells)
+    return WayPieces(np.array(points), np.array(corners), np.array(lengths), cells)
 
 
 def _cells(middle: Array, geometry: GridGeometry) -> list[list[int]]:
@@ -81,7 +81,7 @@ def _cells(middle: Array, geometry: GridGeometry) -> list[list[int]]:
     return [[int(col_row[1]), int(col_row[0])] for col_row in (np.clip(lower, 0, most), np.clip(upper, 0, most))]
 
 
-def faced(cut: Pieces, costs: Array, yaw: float, turning: float) -> Faced | tuple[float, float]:
+def faced(cut: WayPieces, costs: Array, yaw: float, turning: float) -> Faced | tuple[float, float]:
     """The cheapest headings along a way, or where x, y [m] none goes on.
 
     costs: (headings, pieces) of a metre, infinite where the chassis must not face so; heading k is 2 π k / headings

@@ -42,7 +42,7 @@ class NoWay:
 
 
 @dataclass(frozen=True, eq=False)
-class CostGrid:
+class ChassisCosts:
     """low: (2,) the middle of the first cell [m]. costs: (rows, cols) of a metre; may: where the chassis may be."""
 
     low: Array
@@ -112,15 +112,15 @@ def is_easy(cost: TravelCost) -> bool:
     return bool(cost.at(resampled(np.array([cost.begin[:2], cost.end[:2]]), CELL)).max() <= EASY)
 
 
-def cost_grid(cost: TravelCost, low: Array, high: Array) -> CostGrid:
+def cost_grid(cost: TravelCost, low: Array, high: Array) -> ChassisCosts:
     """The costs between two corners (2,) [m]."""
     xs, ys = (np.arange(low[k], high[k] + CELL, CELL) for k in range(2))
     xy = np.stack(np.meshgrid(xs, ys), axis=-1)
     costs = cost.at(xy.reshape(-1, 2)).reshape(xy.shape[:2])
-    return CostGrid(xy[0, 0], costs, cost.may_stand(xy, CELL))
+    return ChassisCosts(xy[0, 0], costs, cost.may_stand(xy, CELL))
 
 
-def way_around(grid: CostGrid, begin: Array, end: Array, within: float) -> Array | NoWay:
+def way_around(grid: ChassisCosts, begin: Array, end: Array, within: float) -> Array | NoWay:
     """Points (n, 2) of the way from a place (2,) to another, two where it is straight; it costs no more than that."""
     straight = np.array([begin, end])
     found = grid.shortest(begin, end, within)
@@ -136,7 +136,7 @@ def way_around(grid: CostGrid, begin: Array, end: Array, within: float) -> Array
     return smooth if grid.along(smooth) <= min(DEARER * least, direct) else path
 
 
-def straightened(grid: CostGrid, points: Array) -> Array:
+def straightened(grid: ChassisCosts, points: Array) -> Array:
     """The same way with chords where they cost no more: from each point to the farthest that can be had so."""
     steps = np.diff(points, axis=0)
     turns = np.abs(steps[:-1, 0] * steps[1:, 1] - steps[:-1, 1] * steps[1:, 0]) > 1e-9

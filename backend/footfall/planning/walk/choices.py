@@ -13,7 +13,7 @@ from footfall.planning.walk.footprint import footprint
 from footfall.planning.walk.guide import Guide, guide
 from footfall.planning.walk.plan import BESIDE
 from footfall.planning.walk.problem import Stance, WalkSettings
-from footfall.planning.walk.reach import Reach, reach_of, reaches, steps_onto
+from footfall.planning.walk.reach import FootfallReach, reach_of, reaches, steps_onto
 from footfall.planning.walk.start import stance_of
 from footfall.planning.walk.world import World
 from footfall.robot.model import Robot
@@ -89,6 +89,6 @@ def _corners(through: Array) -> tuple[Array, Array]:
     return through.min(axis=0) - BESIDE, through.max(axis=0) + BESIDE
 
 
-def _counts(reach: Reach, own: NDArray[np.int64], ways: Array) -> NDArray[np.int64]:
+def _counts(reach: FootfallReach, own: NDArray[np.int64], ways: Array) -> NDArray[np.int64]:
     """How many of its own footfalls a leg reaches from so far along the way, (m,) [m]."""
     return ((reach.low[own] <= ways[:, None]) & (ways[:, None] <= reach.high[own])).sum(axis=1)

@@ -25,7 +25,7 @@ WINDS = math.pi / 2
 
 
 @dataclass(frozen=True, eq=False)
-class Reach:
+class FootfallReach:
     """Of one leg and m footfalls: Ts_site_wheel (m, 4, 4), its wheel on each; low, high: (m,) the span [m].
 
     low is inf and high −inf where the leg never reaches it. best: (m,) most that it has to spare [m, rad].
@@ -37,7 +37,7 @@ class Reach:
     best: Array
 
 
-def reaches(world: World, way: Guide, places: Footfalls) -> tuple[Reach, ...]:
+def reaches(world: World, way: Guide, places: Footfalls) -> tuple[FootfallReach, ...]:
     """Of every leg and all places; its wheel heads outward from the chassis beside the place."""
     yaws = way.vectors[_beside(way, places.contacts[:, :2]), 5]
     found = []
@@ -48,7 +48,9 @@ def reaches(world: World, way: Guide, places: Footfalls) -> tuple[Reach, ...]:
     return tuple(found)
 
 
-def steps_onto(leg: int, reach: Reach, places: Footfalls, foot: Array, settings: WalkSettings) -> NDArray[np.int64]:
+def steps_onto(
+    leg: int, reach: FootfallReach, places: Footfalls, foot: Array, settings: WalkSettings
+) -> NDArray[np.int64]:
     """Numbers of the footfalls that a leg may ever stand on, whose foot stands at ``foot`` (2,): it reaches them, they
     are not forbidden to it, and its foot comes there by moves that are not too long.
     """
@@ -86,7 +88,7 @@ def reach_of(world: World, way: Guide, stance: Stance) -> tuple[Array, Array]:
     return np.zeros(len(found)), np.array(high)
 
 
-def _reach(world: World, way: Guide, leg: int, Ts_site_wheel: Array, branches: NDArray[np.int64]) -> Reach:
+def _reach(world: World, way: Guide, leg: int, Ts_site_wheel: Array, branches: NDArray[np.int64]) -> FootfallReach:
     settings: WalkSettings = world.settings
     Ts = np.empty((len(way.ways), 3, 4))
     poses_of(way.vectors, Ts)
@@ -117,4 +119,4 @@ def _reach(world: World, way: Guide, leg: int, Ts_site_wheel: Array, branches: N
     reached = last >= 0
     low = np.where(reached, way.ways[np.minimum(first, len(way.ways) - 1)], np.inf)
     high = np.where(reached, way.ways[np.maximum(last, 0)], -np.inf)
-    return Reach(np.array(Ts_site_wheel), low, high, best)
+    return FootfallReach(np.array(Ts_site_wheel), low, high, best)

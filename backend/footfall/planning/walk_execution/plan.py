@@ -8,7 +8,7 @@ from numpy.typing import ArrayLike
 from footfall.core.errors import InvalidInput
 from footfall.core.progress import Progress, no_progress, part
 from footfall.core.value import Provenance
-from footfall.planning.compliance.rover import Rest
+from footfall.planning.compliance.rover import RestingRover
 from footfall.planning.execution.begin import REACH_OUT, Beginning, beginning, require_fit
 from footfall.planning.execution.body_plan import BodyExecuted, body_executed
 from footfall.planning.execution.plan import Executed, executed
@@ -109,7 +109,7 @@ class _Way:
     ) -> None:
         self.robot, self.dem, self.settings, self.provenance = robot, dem, settings, provenance
         self.state, self._commanded = state, commanded
-        self.rest: Rest | None = None
+        self.rest: RestingRover | None = None
         self.checks: list[Check] = []
 
     def foot_move(self, number: int, called: str, parts: Iterable[Part], progress: Progress) -> FootMoveExecution | No:
