@@ -51,7 +51,7 @@ BROWSERS = (*CHROMIUMS, "microsoft-edge", "firefox", "safari")
 
 
 @dataclass(frozen=True)
-class Finding:
+class Diagnosis:
     """One thing that was looked at. text: what was found, or what to do."""
 
     what: str
@@ -59,13 +59,13 @@ class Finding:
     text: str
 
 
-def examine(folder: Path, store: str | None = None) -> list[Finding]:
+def examine(folder: Path, store: str | None = None) -> list[Diagnosis]:
     """Look at everything; nothing is changed. folder: of the sessions; it need not exist yet.
 
     store: address of the PostgreSQL database that is to be used; None: the one that the folder names, if any.
     """
     findings = [
-        Finding("footfall", True, f"{SOFTWARE_VERSION}, Python {platform.python_version()}, {os.cpu_count()} cores")
+        Diagnosis("footfall", True, f"{SOFTWARE_VERSION}, Python {platform.python_version()}, {os.cpu_count()} cores")
     ]
     findings += [_library(package, module) for package, module in LIBRARIES.items()]
     checks: dict[str, Callable[[], str]] = {
@@ -85,21 +85,21 @@ def examine(folder: Path, store: str | None = None) -> list[Finding]:
     return findings + [_finding(what, check) for what, check in checks.items()]
 
 
-def _finding(what: str, check: Callable[[], str]) -> Finding:
+def _finding(what: str, check: Callable[[], str]) -> Diagnosis:
     try:
-        return Finding(what, True, check())
+        return Diagnosis(what, True, check())
     except FootFallError as error:
-        return Finding(what, False, error.message)
+        return Diagnosis(what, False, error.message)
     except Exception as error:  # every failure is a finding
-        return Finding(what, False, f"{type(error).__name__}: {error}")
+        return Diagnosis(what, False, f"{type(error).__name__}: {error}")
 
 
-def _library(package: str, module: str) -> Finding:
+def _library(package: str, module: str) -> Diagnosis:
     try:
         import_module(module)
-        return Finding(package, True, version(package))
+        return Diagnosis(package, True, version(package))
     except (ImportError, OSError, PackageNotFoundError) as error:
-        return Finding(package, False, f"{error}; install FootFall again from its lock file")
+        return Diagnosis(package, False, f"{error}; install FootFall again from its lock file")
 
 
 def _robot() -> str:

@@ -18,7 +18,7 @@ Array = NDArray[np.float64]
 
 
 @dataclass(frozen=True)
-class Motion:
+class PlayedMotion:
     """What a ghost plays: waypoints (n, legs × 6) [rad], Ts_site_base (n, 4, 4). leg: the one that moves; None: all."""
 
     leg: int | None
@@ -34,7 +34,7 @@ class GhostDrawing:
         self._drawing: RobotDrawing | None = None
         self._leg: int | None = None
 
-    def show(self, robot: Robot, motion: Motion, moment: float) -> None:
+    def show(self, robot: Robot, motion: PlayedMotion, moment: float) -> None:
         """moment: 0…1 along the motion; between waypoints the joints move in straight lines."""
         if self._drawing is None or self._leg != motion.leg:
             self.hide()
@@ -49,7 +49,7 @@ class GhostDrawing:
             self._drawing = None
 
 
-def motion_of(value: Value | None) -> Motion | None:
+def motion_of(value: Value | None) -> PlayedMotion | None:
     """What a ghost plays of a plan, a walk or a sequence; None of anything else. Of a walk that was not found it is the
     part that was.
     """
@@ -58,25 +58,25 @@ def motion_of(value: Value | None) -> Motion | None:
     if isinstance(value, WalkResult):
         return motion_of(value.plan or value.partial)
     if isinstance(value, WalkPlan):
-        return Motion(None, value.waypoints, value.Ts_site_base)
+        return PlayedMotion(None, value.waypoints, value.Ts_site_base)
     if isinstance(value, StepPlan):
-        return Motion(value.leg, value.waypoints, np.tile(value.T_site_base, (len(value.waypoints), 1, 1)))
+        return PlayedMotion(value.leg, value.waypoints, np.tile(value.T_site_base, (len(value.waypoints), 1, 1)))
     if isinstance(value, Sequence) and value.commands:
         poses = np.concatenate([value.T_site_base[None], value.poses])
         waypoints = np.vstack([value.start, value.predicted])
         turned = np.abs(np.diff(waypoints, axis=0)).max(axis=0).reshape(-1, 6).max(axis=1)
         legs = np.flatnonzero(turned > 0)
         alone = value.Ts_site_base is None and len(legs) == 1
-        return Motion(int(legs[0]) if alone else None, waypoints, poses)
+        return PlayedMotion(int(legs[0]) if alone else None, waypoints, poses)
     return None
 
 
-def travelled(motion: Motion) -> Array:
+def travelled(motion: PlayedMotion) -> Array:
     """How far the joint that goes farthest has gone at each waypoint, (n,) [rad]."""
     return np.concatenate([[0.0], np.cumsum(np.abs(np.diff(motion.waypoints, axis=0)).max(axis=1))])
 
 
-def at(motion: Motion, moment: float) -> tuple[Array, Array]:
+def at(motion: PlayedMotion, moment: float) -> tuple[Array, Array]:
     """Posture and T_site_base at 0…1 of a motion, measured by the largest joint's travel: long commands take longer.
 
     Between waypoints the chassis goes straight and turns about one axis.

@@ -10,14 +10,14 @@ from footfall.core.frames import quat_wxyz
 from footfall.robot.kinematics import link_poses
 from footfall.robot.model import Robot
 from footfall_ui.scene.drawn import Drawn
-from footfall_ui.scene.ghost import Motion, at
+from footfall_ui.scene.ghost import PlayedMotion, at
 from footfall_ui.scene.near import near
 from footfall_ui.scene.robot import GHOST, leg_links
 
 SAMPLES = 9
 
 
-def swept_poses(robot: Robot, motion: Motion, count: int = SAMPLES) -> Mapping[str, NDArray[np.float64]]:
+def swept_poses(robot: Robot, motion: PlayedMotion, count: int = SAMPLES) -> Mapping[str, NDArray[np.float64]]:
     """Ts_site_link (count, 4, 4) of every link that moves, evenly along the motion from its start to its end."""
     links = set(robot.description.meshes) if motion.leg is None else leg_links(robot, motion.leg)
     placed = []
@@ -35,7 +35,7 @@ class SweptDrawing:
         self._drawn = Drawn(server)
         self._of = ""
 
-    def show(self, robot: Robot, motion: Motion, digest: str) -> None:
+    def show(self, robot: Robot, motion: PlayedMotion, digest: str) -> None:
         """digest: names the motion; the same one is not drawn again."""
         if self._of == digest:
             return

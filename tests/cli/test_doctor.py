@@ -25,7 +25,7 @@ from tests.support.command_line import FOOTFALL
 from tests.support.provider import CLIENT, SECRET, provider
 
 
-def looked(what: str, folder) -> doctor.Finding:
+def looked(what: str, folder) -> doctor.Diagnosis:
     (found,) = [one for one in doctor.examine(folder) if one.what == what]
     return found
 
@@ -69,7 +69,7 @@ def test_this_installation_is_examined_whole(tmp_path):
 
 def test_a_folder_that_is_missing_will_be_made_and_is_not_made_now(tmp_path):
     folder = tmp_path / "a" / "b"
-    assert looked("sessions folder", folder) == doctor.Finding("sessions folder", True, f"{folder} will be made")
+    assert looked("sessions folder", folder) == doctor.Diagnosis("sessions folder", True, f"{folder} will be made")
     assert not folder.parent.exists()
 
 
@@ -101,7 +101,7 @@ def test_a_port_in_use_is_told_and_no_failure(tmp_path, monkeypatch):
         taken.listen(1)
         port = taken.getsockname()[1]
         monkeypatch.setattr(doctor, "PORTS", {port: "a test"})
-        assert looked("ports", tmp_path) == doctor.Finding("ports", True, f"{port} is in use, choose another: a test")
+        assert looked("ports", tmp_path) == doctor.Diagnosis("ports", True, f"{port} is in use, choose another: a test")
 
 
 def test_the_command_gives_one_document_and_looks_at_the_folder_that_is_named(tmp_path):
@@ -114,8 +114,8 @@ def test_the_command_gives_one_document_and_looks_at_the_folder_that_is_named(tm
 
 
 def test_without_a_database_server_or_a_provider_it_says_what_there_is_instead(tmp_path):
-    assert looked("database", tmp_path) == doctor.Finding("database", True, "SQLite, in the sessions folder")
-    assert looked("login provider", tmp_path) == doctor.Finding(
+    assert looked("database", tmp_path) == doctor.Diagnosis("database", True, "SQLite, in the sessions folder")
+    assert looked("login provider", tmp_path) == doctor.Diagnosis(
         "login provider", True, "none (oidc.toml); accounts are local"
     )
 
@@ -180,7 +180,7 @@ def provider_file(folder, issuer: str) -> None:
 def test_a_login_provider_is_asked(tmp_path):
     with provider() as issuing:
         provider_file(tmp_path, issuing.issuer)
-        said = doctor.Finding("login provider", True, f"{issuing.issuer} answers, and signs with 1 key")
+        said = doctor.Diagnosis("login provider", True, f"{issuing.issuer} answers, and signs with 1 key")
         assert looked("login provider", tmp_path) == said
         issuing.keys = []
         assert "has to tell 1 to 100 keys" in looked("login provider", tmp_path).text

@@ -9,7 +9,7 @@ import pytest
 from footfall.core.errors import InvalidInput, InvalidRobot, NotFound
 from footfall.core.frames import rotation_rpy, transform
 from footfall.io.urdf.read import read_urdf
-from footfall.robot.legged.apart import Apart
+from footfall.robot.legged.apart import BodyPairs
 from footfall.robot.legged.find_legs import legged_model
 from footfall.robot.legged.legged_model import LegChain, LeggedModel, Sole
 from footfall.robot.legged.legged_robot import LeggedRobot
@@ -79,7 +79,7 @@ def test_a_leg_that_does_not_reach_has_no_angles(tmp_path):
 @pytest.mark.parametrize("legs", [3, 6])
 def test_distances_between_bodies_are_never_told_too_large(legs, tmp_path):
     path, robot = made(tmp_path, legs)
-    apart, other = Apart(robot), Recheck(path, robot, [])
+    apart, other = BodyPairs(robot), Recheck(path, robot, [])
     apart.least = np.full(len(apart.pairs), 0.15)
     names = [other.model.frames[one.parentFrame].name for one in other.shapes.geometryObjects]
     first = robot.model.tree.bodies()
@@ -103,7 +103,7 @@ def test_distances_between_bodies_are_never_told_too_large(legs, tmp_path):
 
 def test_bodies_that_are_built_near_each_other_keep_half_of_that(tmp_path):
     _, robot = made(tmp_path)
-    apart = Apart(robot)
+    apart = BodyPairs(robot)
     poses = placed(robot, (robot.lower + robot.upper) / 2).Ts_base_body
     apart.least = np.full(len(apart.pairs), 10.0)
     distances = apart.distances(poses)

@@ -182,7 +182,7 @@ class AccountFile(AccountStore):
         try:
             return self._writer.execute(text, given).fetchall()
         except sqlite3.IntegrityError as err:
-            raise Taken(str(err)) from err
+            raise AlreadyThere(str(err)) from err
 
     def _prepare(self) -> None:
         try:
@@ -199,7 +199,7 @@ class AccountFile(AccountStore):
             raise InvalidBundle(f"{self.path} was written by another version of FootFall (layout {found})")
 
 
-class Taken(Exception):
+class AlreadyThere(Exception):
     """What was to be added is there already."""
 
 
@@ -238,7 +238,7 @@ class Change:
         row = (key.secret_hash, key.use, key.name, key.account, key.role, key.created, key.expires)
         try:
             self._ask("INSERT INTO keys VALUES (?, ?, ?, ?, ?, ?, ?)", *row)
-        except Taken as err:
+        except AlreadyThere as err:
             raise Conflict(f"there is a token {key.name!r} already; revoke it first, or take another name") from err
 
     def remove_key(self, digest: str) -> bool:

@@ -19,7 +19,7 @@ from footfall.telemetry.link import AckMessage, CommandMessage
 Array = NDArray[np.float64]
 
 
-class Motion(Protocol):
+class MotionUnderWay(Protocol):
     """The command under way; share: how much of it is gone, 0…1."""
 
     command: CommandMessage
@@ -42,7 +42,7 @@ class OrderedRover(ABC):
         self.mode = "idle"
         self.epoch: int | None = None
         self._greeting: str | None = None
-        self._motion: Motion | None = None
+        self._motion: MotionUnderWay | None = None
         self._last: dict[str, AckMessage] = {}
 
     @property
@@ -56,7 +56,7 @@ class OrderedRover(ABC):
         """Why it is in mode "fault"."""
 
     @abstractmethod
-    def _begin(self, command: CommandMessage) -> Motion:
+    def _begin(self, command: CommandMessage) -> MotionUnderWay:
         """Set out on a command that nothing speaks against."""
 
     @property

@@ -58,7 +58,7 @@ def encode(sequence: Sequence, first_row: int = 1) -> bytes:
     return out.getvalue()
 
 
-class Asked(NamedTuple):
+class AskedMessage(NamedTuple):
     """One message: of a command's row, at a time [ns] from the beginning."""
 
     topic: str
@@ -68,20 +68,20 @@ class Asked(NamedTuple):
     data: bytes
 
 
-def messages(commands: Iterable[Command], described: JointLayout | None, joint_count: int) -> list[Asked]:
+def messages(commands: Iterable[Command], described: JointLayout | None, joint_count: int) -> list[AskedMessage]:
     """All that the commands ask, in order. described: of a robot that others described; None: ATHLETE's build.
 
     Raises InvalidSequence where a duration is too long for the format, or a leg's name is none for a topic.
     """
     layout = described or athlete_layout(joint_count // len(LEG_JOINTS))
     legs = layout.legs if described is None else tuple(map(_topic_token, described.legs))
-    found: list[Asked] = []
+    found: list[AskedMessage] = []
     at = 0.0
     for row, command in enumerate(commands):
         if not command.duration <= LONGEST:
             raise InvalidSequence(f"row {row + 1} takes longer than ROS 2 can say, {LONGEST} s", row=row)
         for topic, name, data in _messages(command, layout, legs):
-            found.append(Asked(topic, name, round(at * NS), row, data))
+            found.append(AskedMessage(topic, name, round(at * NS), row, data))
         at += command.duration
     return found
 

@@ -12,7 +12,7 @@ from numpy.typing import NDArray
 from footfall.balance.support import margin
 from footfall.core.errors import InvalidRobot
 from footfall.planning.legged.over_ground import NEAR_SOLE
-from footfall.robot.legged.apart import Apart
+from footfall.robot.legged.apart import BodyPairs
 from footfall.robot.legged.legged_robot import LeggedRobot
 from footfall.robot.legged.posture import placed
 
@@ -44,7 +44,7 @@ class Ease(NamedTuple):
     q: Array
     soles: Array
     stroke: float
-    apart: Apart
+    apart: BodyPairs
 
     def height(self, robot: LeggedRobot) -> float:
         """Of the base over level ground [m]."""
@@ -65,7 +65,7 @@ class _Choice(NamedTuple):
 def at_ease(robot: LeggedRobot) -> Ease:
     """Raises InvalidRobot where the posture named "stand", or without one every height of the chassis, leaves a foot
     without a stroke or bodies touching."""
-    apart = Apart(robot)
+    apart = BodyPairs(robot)
     if POSTURE in robot.postures:
         q = robot.posture(POSTURE)
         strokes = [float(_strokes(robot, leg, q[None, robot.slices[leg]])[0]) for leg in robot.legs]
@@ -95,7 +95,7 @@ def at_ease(robot: LeggedRobot) -> Ease:
     )
 
 
-def _ease(robot: LeggedRobot, apart: Apart, q: Array, stroke: float) -> Ease:
+def _ease(robot: LeggedRobot, apart: BodyPairs, q: Array, stroke: float) -> Ease:
     where = placed(robot, q)
     apart.at_ease(where.Ts_base_body)
     spare = margin(where.soles, where.com[:2])
@@ -174,7 +174,7 @@ def _above(robot: LeggedRobot, leg: int, q: Array, ground: float) -> bool:
 
 
 def _apart_from_each_other(
-    robot: LeggedRobot, apart: Apart, choices: list[list[_Choice]], stroke: float, height: float
+    robot: LeggedRobot, apart: BodyPairs, choices: list[list[_Choice]], stroke: float, height: float
 ) -> tuple[Array, float] | None:
     """One choice for each leg, of those with that stroke the nearest to its best place that keeps the bodies apart.
 
@@ -194,7 +194,7 @@ def _apart_from_each_other(
     return q, least
 
 
-def _is_free(robot: LeggedRobot, apart: Apart, q: Array, last: int) -> bool:
+def _is_free(robot: LeggedRobot, apart: BodyPairs, q: Array, last: int) -> bool:
     """Whether bodies of the base and of legs up to the last keep their clearances, or half of them near the base."""
     bodies = robot.slices[last].stop + 1
     placed_pairs = (apart.pairs < bodies).all(axis=1)

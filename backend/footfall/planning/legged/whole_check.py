@@ -13,7 +13,7 @@ from footfall.planning.legged.footing import rest_heights
 from footfall.planning.legged.over_ground import Surfaces
 from footfall.planning.legged.problem import LeggedSettings
 from footfall.planning.step.problem import Check
-from footfall.robot.legged.apart import Apart
+from footfall.robot.legged.apart import BodyPairs
 from footfall.robot.legged.legged_robot import LeggedRobot
 from footfall.robot.legged.posture import Placed, placed
 from footfall.terrain.dem import Dem
@@ -52,7 +52,7 @@ class WholeCheck:
     apart: at the clearances of the stance at ease.
     """
 
-    def __init__(self, robot: LeggedRobot, dem: Dem, settings: LeggedSettings, apart: Apart) -> None:
+    def __init__(self, robot: LeggedRobot, dem: Dem, settings: LeggedSettings, apart: BodyPairs) -> None:
         self.robot, self.dem, self.settings, self.apart = robot, dem, settings, apart
         self.surfaces = Surfaces(robot)
 

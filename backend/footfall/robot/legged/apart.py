@@ -20,7 +20,7 @@ LEAST_SHARE = 0.5
 """Of the distance at ease: bodies that are built nearer than their clearance may not come nearer than that."""
 
 
-class Apart:
+class BodyPairs:
     """Pairs of bodies that are to keep apart: all but those that a joint joins or that touch as they are built.
 
     pairs: (n, 2) bodies. least: (n,) [m], the clearance of each pair; see :meth:`at_ease`.

@@ -14,7 +14,7 @@ from typing import Any
 
 from psycopg import errors
 
-from footfall.io.account_store import AccountStore, Change, Key, Taken
+from footfall.io.account_store import AccountStore, AlreadyThere, Change, Key
 from footfall.session.storage.interface import StoreRefused
 from footfall.session.storage.postgres_connection import BoundedConnection
 from footfall.session.storage.postgres_server import connected, translated
@@ -80,7 +80,7 @@ class SharedAccounts(AccountStore):
         try:
             return _rows(self._writer, text, given)
         except errors.UniqueViolation as err:
-            raise Taken(str(err)) from err
+            raise AlreadyThere(str(err)) from err
 
     def _ask(self, text: str, *given: Any) -> list[Any]:
         with self._reading, translated(self._url):
