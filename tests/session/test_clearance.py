@@ -13,10 +13,10 @@ from footfall.planning.compliance.rover import CompliantRover
 from footfall.planning.compliance.settings import ComplianceSettings
 from footfall.robot.kinematics import wheel_centers
 from footfall.session import least_clearances
-from footfall.session.clearance import clearances
 from footfall.session.jobs.local import InlineJobs
 from footfall.session.least_clearances import EVERY
 from footfall.session.registry import Sessions
+from footfall.session.wheel_clearance import clearances
 from footfall.telemetry.state import RobotState, TelemetryFrame
 from footfall.terrain.generate import plane
 from tests.support.swinging import Swinging

@@ -8,9 +8,9 @@ import pytest
 import footfall
 from footfall.core.frames import apply
 from footfall.robot.kinematics import wheel_centers
-from footfall.session.clearance import clearances
 from footfall.session.jobs.local import InlineJobs
 from footfall.session.registry import Sessions
+from footfall.session.wheel_clearance import clearances
 from footfall.terrain.generate import plane
 from tests.support.physical_link import Linked
 

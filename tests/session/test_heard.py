@@ -6,14 +6,14 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from footfall.session.rover.heard import ENDED, Heard
+from footfall.session.rover.heard import ENDED, HeardStates
 
 STATES = ("received", "started", "done", "refused", "unknown")
 
 
 @given(st.lists(st.sampled_from(STATES), max_size=30))
 def test_no_row_of_answers_is_written_down_without_end(said):
-    heard, known, news = Heard(), "sent", []
+    heard, known, news = HeardStates(), "sent", []
     for state in said:
         if heard.is_news("c", known, state):
             known = state
@@ -29,13 +29,13 @@ def test_no_row_of_answers_is_written_down_without_end(said):
 
 @given(st.lists(st.sampled_from(STATES), max_size=30))
 def test_also_where_the_log_is_behind(said):
-    heard = Heard()
+    heard = HeardStates()
     assert sum(heard.is_news("c", "sent", state) for state in said) <= 3
     assert sum(heard.is_news("d", "unknown", state) for state in said) <= 3
 
 
 def test_the_answer_to_a_question_counts_once():
-    heard = Heard()
+    heard = HeardStates()
     assert heard.is_news("c", "sent", "received")
     heard.asked("c")
     assert [heard.is_news("c", "received", "unknown") for _ in range(3)] == [True, False, False]

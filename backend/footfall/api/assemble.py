@@ -60,7 +60,7 @@ from footfall.core.value import SOFTWARE_VERSION
 from footfall.session.access.accounts import Accounts
 from footfall.session.products.image_views import ImageViews
 from footfall.session.registry import Sessions
-from footfall.session.replay.checks import Checks
+from footfall.session.replay.checks import ReplayChecks
 
 _DESCRIPTION = """A ground tool for walking rovers.
 
@@ -100,7 +100,7 @@ def assemble(
     app.state.sign_on = sign_on_
     app.state.limits = limits
     app.state.streams = Streams()
-    app.state.checks = Checks(sessions_)
+    app.state.checks = ReplayChecks(sessions_)
     app.state.image_views = ImageViews(sessions_)
     app.state.rover_door = rover.RoverDoor()
     app.state.parts = lambda: {**parts(), "rover_link": app.state.rover_door.as_dict()}

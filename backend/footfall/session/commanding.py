@@ -23,7 +23,7 @@ from footfall.session.gate.machine import ARMED_FOR, HOLDS
 from footfall.session.gate.runs import Run
 from footfall.session.gate_notices import GateNotices, message_of
 from footfall.session.log.fold import SessionState
-from footfall.session.rover.heard import ENDED, Heard
+from footfall.session.rover.heard import ENDED, HeardStates
 from footfall.session.rover.link import RoverLink
 from footfall.session.stop_log import StopLog
 from footfall.telemetry.link import HelloMessage, encode
@@ -32,7 +32,7 @@ WATCH_PERIOD = 0.1
 """How often a run looks for a lost link or an overdue row, and the conn for the end of its time [s]."""
 
 
-class Record(Protocol):
+class EventWriter(Protocol):
     """Writes one event; raises OSError where the disk can't take it."""
 
     def __call__(self, type: str, payload: Mapping[str, object]) -> object: ...
@@ -48,8 +48,8 @@ class Commanding:
     def __init__(
         self,
         link: RoverLink,
-        record: Record,
-        record_anyway: Record,
+        record: EventWriter,
+        record_anyway: EventWriter,
         state: Callable[[], SessionState],
         clock: Callable[[], float] = time.monotonic,
     ) -> None:
@@ -72,7 +72,7 @@ class Commanding:
         self._watching = threading.Lock()
         self._watch: threading.Thread | None = None
         self._stop_log = StopLog()
-        self._heard = Heard()
+        self._heard = HeardStates()
         self._between: Between | None = None
         self._closing = threading.Event()
         self.latest_end: tuple[float, RunEnded] | None = None

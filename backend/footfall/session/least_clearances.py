@@ -10,9 +10,9 @@ from contextlib import suppress
 from dataclasses import dataclass, field
 
 from footfall.session.answers.commands import LeastClearancesAnswer
-from footfall.session.clearance import WheelClearance, clearances_by, row_on_its_way, sequence_of_run
 from footfall.session.core import SessionCore
 from footfall.session.log.fold import SessionState
+from footfall.session.wheel_clearance import WheelClearance, clearances_by, row_on_its_way, sequence_of_run
 from footfall.telemetry.state import TelemetryFrame
 
 log = logging.getLogger(__name__)

@@ -14,8 +14,8 @@ from footfall.api.execution_orders import settings_of_order
 from footfall.api.routes.jobs import accepted
 from footfall.api.routing import Routes
 from footfall.planning.execution.problem import Execution, ExecutionResult
-from footfall.session.clearance import clearances
 from footfall.session.products.sag import Calibration, MeasuredSag
+from footfall.session.wheel_clearance import clearances
 
 router = Routes(tags=["executions"])
 

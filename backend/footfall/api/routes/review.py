@@ -10,7 +10,7 @@ from footfall.api.bodies.jsonable import jsonable
 from footfall.api.routes.jobs import accepted
 from footfall.api.routing import Routes, files
 from footfall.io.session_page import encode
-from footfall.session.replay.checks import Checks
+from footfall.session.replay.checks import ReplayChecks
 from footfall.session.replay.side_by_side import SideBySide, side_by_side
 
 router = Routes(tags=["recordings"])
@@ -39,11 +39,11 @@ class CheckAnswer(TypedDict):
     problems: list[str]
 
 
-def _checks(request: Request) -> Checks:
+def _checks(request: Request) -> ReplayChecks:
     return request.app.state.checks
 
 
-AllChecks = Annotated[Checks, Depends(_checks)]
+AllChecks = Annotated[ReplayChecks, Depends(_checks)]
 
 
 @router.post("/recordings/{session}/check", status_code=202)

@@ -150,7 +150,7 @@ class Job:
 
 
 @dataclass
-class Tally:
+class JobTally:
     """How many jobs, and how long those took together that have ended [s]."""
 
     count: int = 0
@@ -162,16 +162,16 @@ class Records:
 
     def __init__(self) -> None:
         self._jobs: dict[str, Job] = {}
-        self._ended: defaultdict[tuple[str, str], Tally] = defaultdict(Tally)
+        self._ended: defaultdict[tuple[str, str], JobTally] = defaultdict(JobTally)
         self._guard = threading.Lock()
 
-    def tally(self) -> dict[tuple[str, str], Tally]:
+    def tally(self) -> dict[tuple[str, str], JobTally]:
         """(kind, state) → the jobs that are queued or running now, and all that ever ended."""
         with self._guard:
-            found = {key: Tally(one.count, one.seconds) for key, one in self._ended.items()}
+            found = {key: JobTally(one.count, one.seconds) for key, one in self._ended.items()}
             for job in self._jobs.values():
                 if job.state in ("queued", "running"):
-                    found.setdefault((job.kind, job.state), Tally()).count += 1
+                    found.setdefault((job.kind, job.state), JobTally()).count += 1
             return found
 
     def _count(self, job: Job) -> None:

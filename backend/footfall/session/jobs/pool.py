@@ -7,7 +7,7 @@ from typing import Self
 
 from footfall.core.errors import Busy
 from footfall.core.value import Value
-from footfall.session.jobs.job import Job, OnChange, OnDone, OnPreview, Records, Tally
+from footfall.session.jobs.job import Job, JobTally, OnChange, OnDone, OnPreview, Records
 
 RETRY_AFTER = 5
 """When to ask again where the queue is full [s]."""
@@ -55,7 +55,7 @@ class JobPool(ABC):
         """Raises NotFound."""
         return self._records.get(job_id)
 
-    def tally(self) -> dict[tuple[str, str], Tally]:
+    def tally(self) -> dict[tuple[str, str], JobTally]:
         """How many jobs of each kind are queued, running, or have ended and how, and how long those took."""
         return self._records.tally()
 

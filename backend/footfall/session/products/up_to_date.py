@@ -37,7 +37,7 @@ LEAST_NAMED = 0.005
 
 
 @dataclass(frozen=True)
-class Difference:
+class StandingDifference:
     """By how much the rover stands otherwise than it did: the joint that turned farthest [rad], the chassis [m]."""
 
     joint: str
@@ -53,12 +53,12 @@ class Difference:
 
 def difference(
     posture: NDArray[np.float64], T_site_base: NDArray[np.float64], now: RobotState, joint_names: tuple[str, ...]
-) -> Difference:
+) -> StandingDifference:
     """Of how the rover stands now from a posture (legs × 6,) and a pose of its chassis (4, 4)."""
-    return Difference(*worst_joint(posture, now, joint_names), pose_difference(T_site_base, now.T_site_base))
+    return StandingDifference(*worst_joint(posture, now, joint_names), pose_difference(T_site_base, now.T_site_base))
 
 
-def near_enough_in_words(found: Difference) -> str:
+def near_enough_in_words(found: StandingDifference) -> str:
     """Why what is to be sent holds where what is judged cell by cell does not; "" where both do, or neither."""
     if not found.beyond(*MEASURED) or found.beyond(*SENT):
         return ""

@@ -13,7 +13,7 @@ from footfall.session.jobs.requests import CheckRequest
 from footfall.session.registry import Sessions
 
 
-class Checks:
+class ReplayChecks:
     """The latest check of each session of a registry. Thread-safe."""
 
     def __init__(self, sessions: Sessions) -> None:

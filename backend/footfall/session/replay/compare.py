@@ -10,7 +10,7 @@ from footfall.core.value import Provenance, Value
 
 
 @dataclass(frozen=True)
-class Difference:
+class FieldDifference:
     """path: of the field, such as ``plan.waypoints[3, 7]``; magnitude: largest |difference| there, None where
     the two have no numbers to subtract; text: for a person."""
 
@@ -19,13 +19,13 @@ class Difference:
     text: str
 
 
-def differences(recorded: Any, recomputed: Any, path: str = "") -> Iterator[Difference]:
+def differences(recorded: Any, recomputed: Any, path: str = "") -> Iterator[FieldDifference]:
     """All differences in field order, recorded against recomputed. Versions of the software don't count."""
     if type(recorded) is not type(recomputed):
         if _is_number(recorded) and _is_number(recomputed):
             yield from _numbers(float(recorded), float(recomputed), path)
         else:
-            yield Difference(path, None, f"{_short(recorded)} was recorded, now it is {_short(recomputed)}")
+            yield FieldDifference(path, None, f"{_short(recorded)} was recorded, now it is {_short(recomputed)}")
     elif isinstance(recorded, Value):
         for f in fields(recorded):  # type: ignore[arg-type]
             if isinstance(recorded, Provenance) and f.name == "software":
@@ -36,14 +36,14 @@ def differences(recorded: Any, recomputed: Any, path: str = "") -> Iterator[Diff
     elif isinstance(recorded, Mapping):
         for name in dict.fromkeys([*recorded, *recomputed]):
             if name not in recorded or name not in recomputed:
-                yield Difference(f"{path}[{name!r}]", None, "only one of the two has it")
+                yield FieldDifference(f"{path}[{name!r}]", None, "only one of the two has it")
             else:
                 yield from differences(recorded[name], recomputed[name], f"{path}[{name!r}]")
         if list(recorded) != list(recomputed) and set(recorded) == set(recomputed):
-            yield Difference(path, None, "the order of the names differs")
+            yield FieldDifference(path, None, "the order of the names differs")
     elif isinstance(recorded, tuple):
         if len(recorded) != len(recomputed):
-            yield Difference(path, None, f"{len(recorded)} items were recorded, now there are {len(recomputed)}")
+            yield FieldDifference(path, None, f"{len(recorded)} items were recorded, now there are {len(recomputed)}")
         for i, (one, other) in enumerate(zip(recorded, recomputed, strict=False)):
             yield from differences(one, other, f"{path}[{i}]")
     elif isinstance(recorded, bytes):
@@ -51,12 +51,12 @@ def differences(recorded: Any, recomputed: Any, path: str = "") -> Iterator[Diff
     elif isinstance(recorded, float):
         yield from _numbers(recorded, recomputed, path)
     elif recorded != recomputed:
-        yield Difference(path, None, f"{_short(recorded)} was recorded, now it is {_short(recomputed)}")
+        yield FieldDifference(path, None, f"{_short(recorded)} was recorded, now it is {_short(recomputed)}")
 
 
-def _arrays(recorded: np.ndarray, recomputed: np.ndarray, path: str) -> Iterator[Difference]:
+def _arrays(recorded: np.ndarray, recomputed: np.ndarray, path: str) -> Iterator[FieldDifference]:
     if recorded.dtype != recomputed.dtype or recorded.shape != recomputed.shape:
-        yield Difference(
+        yield FieldDifference(
             path,
             None,
             f"{recorded.dtype} {recorded.shape} was recorded, now it is {recomputed.dtype} {recomputed.shape}",
@@ -77,25 +77,25 @@ def _arrays(recorded: np.ndarray, recomputed: np.ndarray, path: str) -> Iterator
         magnitude = float("inf") if np.isnan(size).any() else float(size.max())
     if not floats and magnitude is not None:
         magnitude = max(magnitude, 1.0)  # whole numbers have no rounding to excuse them
-    yield Difference(
+    yield FieldDifference(
         where, magnitude, f"{int(different.sum())} of {recorded.size} numbers differ, by at most {magnitude}"
     )
 
 
-def _numbers(recorded: float, recomputed: float, path: str) -> Iterator[Difference]:
+def _numbers(recorded: float, recomputed: float, path: str) -> Iterator[FieldDifference]:
     if recorded == recomputed or (recorded != recorded and recomputed != recomputed):
         return
     size = abs(recorded - recomputed)
-    yield Difference(
+    yield FieldDifference(
         path, float("inf") if size != size else size, f"{recorded!r} was recorded, now it is {recomputed!r}"
     )
 
 
-def _bytes(recorded: bytes, recomputed: bytes, path: str) -> Iterator[Difference]:
+def _bytes(recorded: bytes, recomputed: bytes, path: str) -> Iterator[FieldDifference]:
     if recorded != recomputed:
         shared = min(len(recorded), len(recomputed))
         first = next((i for i in range(shared) if recorded[i] != recomputed[i]), shared)
-        yield Difference(
+        yield FieldDifference(
             _join(path, f"byte {first}"),
             None,
             f"{len(recorded)} bytes were recorded, now there are {len(recomputed)}",

@@ -43,7 +43,7 @@ class PlanChecked(TypedDict):
     where: str
 
 
-class Swing(TypedDict):
+class StorySwing(TypedDict):
     """The wheel's way; along: how far it has gone over ground [m]; ground: height under it, site [m]."""
 
     centers: NDArray[np.float64]
@@ -52,7 +52,7 @@ class Swing(TypedDict):
     ground: NDArray[np.float64]
 
 
-class PlanTold(TypedDict):
+class StoryPlan(TypedDict):
     """A planned step. map: digest of the picture that it is shown over."""
 
     seq: int
@@ -62,28 +62,28 @@ class PlanTold(TypedDict):
     reason: str
     checks: list[PlanChecked]
     figures: PlanFigures | None
-    swing: Swing | None
+    swing: StorySwing | None
     map: str | None
 
 
-class LegendEntry(TypedDict):
+class StoryLegendEntry(TypedDict):
     """What a colour of a map says."""
 
     text: str
     rgb: list[int]
 
 
-class MapTold(TypedDict):
+class StoryMap(TypedDict):
     """Maps of a leg as a picture."""
 
     digest: str
     title: str
     bounds: list[float]
-    legend: list[LegendEntry]
+    legend: list[StoryLegendEntry]
     png: str
 
 
-class RowTold(TypedDict):
+class StoryRow(TypedDict):
     """One row of the commands."""
 
     name: str
@@ -92,16 +92,16 @@ class RowTold(TypedDict):
     duration: float
 
 
-class CommandsTold(TypedDict):
+class StoryCommands(TypedDict):
     """The commands after the last edit."""
 
     digest: str
     valid: bool
     duration: float
-    rows: list[RowTold]
+    rows: list[StoryRow]
 
 
-class EventTold(TypedDict):
+class StoryEvent(TypedDict):
     """One event for a person."""
 
     seq: int
@@ -109,7 +109,7 @@ class EventTold(TypedDict):
     text: str
 
 
-class CommandTold(TypedDict):
+class StoryCommand(TypedDict):
     """How far one row came that was sent."""
 
     row: int
@@ -125,19 +125,19 @@ class Story(TypedDict):
     robot: str
     software: str
     wheel_radius: float
-    events: list[EventTold]
-    plans: list[PlanTold]
-    maps: dict[str, MapTold]
-    sequence: CommandsTold | None
-    commands: list[CommandTold]
+    events: list[StoryEvent]
+    plans: list[StoryPlan]
+    maps: dict[str, StoryMap]
+    sequence: StoryCommands | None
+    commands: list[StoryCommand]
 
 
 def page_story(events: Sequence[Event], get: Get, robot: Robot) -> Story:
     """See the module's docstring. events: all of the session; get: its values by digest."""
     state = fold_all(events)
     rows = {e.payload["id"]: e.payload["row"] for e in events if e.type == "command_sent"}
-    plans: list[PlanTold] = []
-    maps: dict[str, MapTold] = {}
+    plans: list[StoryPlan] = []
+    maps: dict[str, StoryMap] = {}
     for event in events:
         if event.type == "product" and event.payload["kind"] == PLAN.name:
             plan = _plan(event, get, robot)
@@ -187,9 +187,9 @@ def _is_digest(text: str) -> bool:
     return len(text) == 32 and all(letter in "0123456789abcdef" for letter in text)
 
 
-def _plan(event: Event, get: Get, robot: Robot) -> PlanTold:
+def _plan(event: Event, get: Get, robot: Robot) -> StoryPlan:
     result = get(PlanResult, event.payload["digest"])
-    told: PlanTold = {
+    told: StoryPlan = {
         "seq": event.seq,
         "leg": result.footfall.leg,
         "footfall": [result.footfall.x, result.footfall.y],
@@ -208,7 +208,7 @@ def _plan(event: Event, get: Get, robot: Robot) -> PlanTold:
     return told
 
 
-def _swing(robot: Robot, plan: StepPlan, dem: Dem) -> Swing:
+def _swing(robot: Robot, plan: StepPlan, dem: Dem) -> StorySwing:
     """The wheel's way; along: how far it has gone over ground [m]; ground: height under it, site [m]."""
     centers, share = swing(robot, plan)
     along = np.concatenate([[0.0], np.cumsum(np.linalg.norm(np.diff(centers[:, :2], axis=0), axis=1))])
@@ -220,7 +220,7 @@ def _swing(robot: Robot, plan: StepPlan, dem: Dem) -> Swing:
     }
 
 
-def _map_of(leg: int, plan: Event, events: Sequence[Event], get: Get) -> MapTold | None:
+def _map_of(leg: int, plan: Event, events: Sequence[Event], get: Get) -> StoryMap | None:
     """The latest maps of the leg on the ground that was planned on, as a picture; None where there are none."""
     dem = plan.payload["parents"]["dem"]
     made = [
@@ -245,8 +245,8 @@ def _map_of(leg: int, plan: Event, events: Sequence[Event], get: Get) -> MapTold
     }
 
 
-def _sequence(sequence: Commands) -> CommandsTold:
-    rows: list[RowTold] = [
+def _sequence(sequence: Commands) -> StoryCommands:
+    rows: list[StoryRow] = [
         {"name": c.name, "leg": c.leg, "phase": c.phase, "duration": c.duration} for c in sequence.commands
     ]
     return {"digest": sequence.digest, "valid": sequence.valid, "duration": sequence.duration, "rows": rows}

@@ -11,7 +11,7 @@ from footfall.planning.step.problem import PlanResult
 from footfall.sequence.commands import Sequence
 from footfall.session.core import SessionCore
 from footfall.session.log.fold import SessionState
-from footfall.session.replay.compare import Difference, differences
+from footfall.session.replay.compare import FieldDifference, differences
 from footfall.telemetry.state import RobotState
 from footfall.terrain.dem import Dem
 
@@ -84,7 +84,7 @@ def _values(
     return Compared(what, told, False, text + (" and more" if len(found) > FIRST else ""))
 
 
-def _told(difference: Difference) -> str:
+def _told(difference: FieldDifference) -> str:
     name = difference.path.split("[")[0]
     return f"{name} differs" + ("" if difference.magnitude is None else f" by up to {difference.magnitude:.3g}")
 

@@ -8,7 +8,7 @@ ENDED = ("done", "refused")
 _ORDER = {"": 0, "sent": 0, "received": 1, "started": 2, "done": 3, "refused": 3}
 
 
-class Heard:
+class HeardStates:
     """Of one session. A rover that says the same, or this and that, without end fills no log. Thread-safe."""
 
     def __init__(self) -> None:

@@ -16,12 +16,12 @@ from footfall.session.storage.listing import chosen_sessions
 from footfall.session.storage.plain_log import has_plain_log
 from footfall.session.storage.prune import RECORDINGS
 from footfall.session.storage.sqlite_log import DATABASE, SqliteLog
-from footfall.session.storage.verify import Finding, verify
+from footfall.session.storage.verify import StoreFinding, verify
 
 
 def backup(
     folder: Path, target: Path, names: Sequence[str] = (), recordings: bool = True, progress: Progress = no_progress
-) -> list[Finding]:
+) -> list[StoreFinding]:
     """Copy sessions (none named: all) into ``target``, a new or empty folder; returns what verifying the copy found.
 
     recordings: whether finished recordings go along. What is damaged is copied as it is, and found.

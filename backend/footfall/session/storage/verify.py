@@ -18,7 +18,7 @@ from footfall.session.storage.references import digests_in, missing, referenced
 
 
 @dataclass(frozen=True)
-class Finding:
+class StoreFinding:
     """One thing that is not as it should be.
 
     session: its name; "" for the database. kind: "database", "log", "head", "folder", "artifact" (damaged), "missing",
@@ -31,36 +31,36 @@ class Finding:
     harmful: bool = True
 
 
-def verify(folder: Path, names: Sequence[str] = (), progress: Progress = no_progress) -> list[Finding]:
+def verify(folder: Path, names: Sequence[str] = (), progress: Progress = no_progress) -> list[StoreFinding]:
     """Check sessions of a working folder (none named: all, and the database itself). Nothing is changed.
 
     Sessions may be in use meanwhile. Raises NotFound where a named session is not there.
     """
     chosen = list(chosen_sessions(folder, names))
-    findings: list[Finding] = []
+    findings: list[StoreFinding] = []
     log: EventLog | None = None
     with contextlib.ExitStack() as stack:
         try:
             log = stack.enter_context(looking(folder))
-            findings += [Finding("", "database", f"{log.name}: {text}") for text in log.damage()]
+            findings += [StoreFinding("", "database", f"{log.name}: {text}") for text in log.damage()]
         except FileNotFoundError:
             pass  # each session without its events will say so
         except (FootFallError, OSError) as err:
-            findings.append(Finding("", "database", _text(err)))
+            findings.append(StoreFinding("", "database", _text(err)))
         for i, name in enumerate(chosen):
             progress(i / len(chosen), name)
             findings += _of_session(folder / name, log)
     return findings
 
 
-def _of_session(folder: Path, log: EventLog | None) -> Iterator[Finding]:
+def _of_session(folder: Path, log: EventLog | None) -> Iterator[StoreFinding]:
     name = folder.name
     if not folder.is_dir():
-        yield Finding(name, "folder", f"the folder {name} is missing, with its artifacts and recordings")
+        yield StoreFinding(name, "folder", f"the folder {name} is missing, with its artifacts and recordings")
         return
     try:
         if has_plain_log(folder):
-            yield Finding(
+            yield StoreFinding(
                 name,
                 "unmoved",
                 f"{EVENTS} is not in {log_name(folder.parent)} yet; opening the session moves it",
@@ -72,7 +72,7 @@ def _of_session(folder: Path, log: EventLog | None) -> Iterator[Finding]:
             records = _logged(log, folder)
             yield from _about_head(folder, head, records)
     except (FootFallError, OSError) as err:
-        yield Finding(name, "log", _text(err))
+        yield StoreFinding(name, "log", _text(err))
         return
     yield from _about_artifacts(folder, records)
 
@@ -83,47 +83,49 @@ def _logged(log: EventLog | None, folder: Path) -> list[Record]:
     return log.read(folder.name)
 
 
-def _about_head(folder: Path, head: Head | None, records: Sequence[Record]) -> Iterator[Finding]:
+def _about_head(folder: Path, head: Head | None, records: Sequence[Record]) -> Iterator[StoreFinding]:
     found = compare(head, records)
     if found.kind == "behind" and found.by > 1:
         # a session in use goes on between the readings: its head must have come up by now, and may be farther
         later = compare(read_head(folder), records)
         found = Comparison("fits") if later.kind == "ahead" else later
     if found.kind == "behind" and found.by == 1:
-        yield Finding(folder.name, "head", f"{found.text}, as after a crash; opening the session repairs it", False)
+        yield StoreFinding(
+            folder.name, "head", f"{found.text}, as after a crash; opening the session repairs it", False
+        )
     elif found.kind != "fits":
-        yield Finding(folder.name, "head", f"{folder.name}/{HEAD}: {found.text}")
+        yield StoreFinding(folder.name, "head", f"{folder.name}/{HEAD}: {found.text}")
     elif head is not None and head.damaged:
-        yield Finding(folder.name, "head", f"{folder.name}/{HEAD}: one of its two copies is damaged", False)
+        yield StoreFinding(folder.name, "head", f"{folder.name}/{HEAD}: one of its two copies is damaged", False)
 
 
-def _about_artifacts(folder: Path, records: Sequence[Record]) -> Iterator[Finding]:
+def _about_artifacts(folder: Path, records: Sequence[Record]) -> Iterator[StoreFinding]:
     name = folder.name
     try:
         files = artifact_files(folder)
     except InvalidBundle as err:
-        yield Finding(name, "artifact", err.message)
+        yield StoreFinding(name, "artifact", err.message)
         return
     whole: dict[str, set[str]] = {}
     for file, content in files.items():
         if not is_artifact(file):
-            yield Finding(name, "orphan", f"{ARTIFACTS}/{file} is no artifact", False)
+            yield StoreFinding(name, "orphan", f"{ARTIFACTS}/{file} is no artifact", False)
             continue
         try:
             whole[file] = digests_in(file, content())
         except FileNotFoundError:
             continue  # removed meanwhile; if it was needed, it is missing
         except (FootFallError, OSError) as err:
-            yield Finding(name, "artifact", _text(err))
+            yield StoreFinding(name, "artifact", _text(err))
     for digest, record in missing(records, files):
         text = f"{ARTIFACTS}/{digest} is missing; event {record['seq']} ({record['type']}) names it"
-        yield Finding(name, "missing", text)
+        yield StoreFinding(name, "missing", text)
     used = referenced(records, whole, whole.__getitem__)
     for file in whole:
         if file.partition(".")[0] not in used:
-            yield Finding(name, "orphan", f"nothing refers to {ARTIFACTS}/{file}; prune removes it", False)
+            yield StoreFinding(name, "orphan", f"nothing refers to {ARTIFACTS}/{file}; prune removes it", False)
     for path in unfinished(folder):
-        yield Finding(name, "unfinished", f"{ARTIFACTS}/{path.name} was left by a crash; prune removes it", False)
+        yield StoreFinding(name, "unfinished", f"{ARTIFACTS}/{path.name} was left by a crash; prune removes it", False)
 
 
 def unfinished(folder: Path) -> Iterable[Path]:

@@ -77,7 +77,7 @@ class WheelClearance:
 
 
 @dataclass(frozen=True)
-class Clearances:
+class WheelClearances:
     """time: of the telemetry [s], None where there is none that counts, and ``reason`` then says why."""
 
     time: float | None
@@ -85,17 +85,17 @@ class Clearances:
     wheels: tuple[WheelClearance, ...] = ()
 
 
-def clearances(live: SessionCore, rover: LinkedRover) -> Clearances:
+def clearances(live: SessionCore, rover: LinkedRover) -> WheelClearances:
     """Of each wheel that bears nothing, by the latest telemetry; none where that is stale, or there is no terrain."""
     frame, age = rover.frame, rover.telemetry_age
     if frame is None or age is None:
-        return Clearances(None, "the rover has sent no telemetry yet")
+        return WheelClearances(None, "the rover has sent no telemetry yet")
     if age > STALE_AFTER:
-        return Clearances(None, f"the latest telemetry is {age:z.1f} s old")
+        return WheelClearances(None, f"the latest telemetry is {age:z.1f} s old")
     return clearances_by(live, live.state, frame)
 
 
-def clearances_by(live: SessionCore, state: SessionState, frame: TelemetryFrame) -> Clearances:
+def clearances_by(live: SessionCore, state: SessionState, frame: TelemetryFrame) -> WheelClearances:
     """The same by telemetry that came while the session was in ``state``; none where there was no terrain.
 
     A rover that reports no wheel forces has the leg in the air that the row on its way moves.
@@ -103,7 +103,7 @@ def clearances_by(live: SessionCore, state: SessionState, frame: TelemetryFrame)
     from footfall.maps.steadiness import bearing
 
     if state.dem is None:
-        return Clearances(None, "there is no terrain yet, so nothing is known of what is under the wheels")
+        return WheelClearances(None, "there is no terrain yet, so nothing is known of what is under the wheels")
     dem = live.typed(Dem, state.dem)
     stands = on_map(frame.state, dem)
     standing = bearing(live.robot, stands)
@@ -112,7 +112,7 @@ def clearances_by(live: SessionCore, state: SessionState, frame: TelemetryFrame)
     if not stands.wheel_forces.any() and sequence is not None and row is not None:
         moved = sequence.commands[row].leg
         flying = [] if moved is None else [moved]
-    return Clearances(
+    return WheelClearances(
         stands.time,
         "" if flying else "no wheel is in the air",
         tuple(_of_wheel(live, dem, stands, frame.commanded, leg, standing, sequence, row) for leg in flying),
