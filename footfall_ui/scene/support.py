@@ -10,7 +10,7 @@ from numpy.typing import NDArray
 
 from footfall.balance.settings import BalanceSettings
 from footfall.core.frames import apply
-from footfall.maps.steadiness import Support, bearing, support_of
+from footfall.maps.support_outlines import Support, bearing, support_of
 from footfall.robot.kinematics import center_of_mass
 from footfall.robot.model import Robot
 from footfall.telemetry.state import RobotState

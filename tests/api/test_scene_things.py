@@ -7,8 +7,8 @@ import pytest
 
 import footfall
 from footfall.core.frames import apply, inverse
-from footfall.maps.steadiness import bearing
 from footfall.maps.suggest import Suggestion, Suggestions
+from footfall.maps.support_outlines import bearing
 from footfall.planning.step.problem import Check, Footfall, PlanResult, Status
 from footfall.robot.ik import contact_point
 from footfall.robot.kinematics import wheel_centers

@@ -11,7 +11,7 @@ from scipy.optimize import linprog
 import footfall
 from footfall.balance.settings import BalanceSettings
 from footfall.maps.standing import contacts
-from footfall.maps.steadiness import TOLERANCE, bearing, support_of
+from footfall.maps.support_outlines import TOLERANCE, bearing, support_of
 from footfall.terrain.from_arrays import from_heights
 from footfall.terrain.generate import plane
 

@@ -12,7 +12,7 @@ from footfall.maps.standing import contacts
 from footfall.robot.description import with_payload
 from footfall.robot.kinematics import center_of_mass, wheel_centers
 from footfall.robot.model import Robot
-from footfall.sequence.steadiness import SAMPLING, course_of
+from footfall.sequence.steadiness_course import SAMPLING, course_of
 from tests.support.chassis_ground import wavy
 
 LEG = 2

@@ -22,8 +22,8 @@ from footfall.terrain.dem import Dem
 from footfall.terrain.fusion.on_map import on_map
 
 if TYPE_CHECKING:
-    from footfall.maps.steadiness import Support
-    from footfall.sequence.steadiness import SteadinessCourse
+    from footfall.maps.support_outlines import Support
+    from footfall.sequence.steadiness_course import SteadinessCourse
 
 
 @dataclass(frozen=True)
@@ -55,7 +55,7 @@ class JudgedMotion:
 def judged(live: LiveSession) -> Judged:
     """The rover as it stands: as telemetry has it, or before it says anything, as is planned from. Raises NotFound."""
     from footfall.core.frames import apply
-    from footfall.maps.steadiness import bearing, support_of
+    from footfall.maps.support_outlines import bearing, support_of
     from footfall.robot.kinematics import center_of_mass
 
     state, frame = live.state, live.rover.frame
@@ -84,7 +84,7 @@ def friction_of(live: LiveSession) -> BalanceSettings:
 
 def along(live: LiveSession, digest: str) -> JudgedMotion:
     """A plan, a walk or a sequence of the session, on the terrain that it was made on. Raises Conflict, NotFound."""
-    from footfall.sequence.steadiness import balance_of, course_of
+    from footfall.sequence.steadiness_course import balance_of, course_of
 
     motion = _motion(live.get(digest), digest)
     made_on = motion.provenance.parents.get("dem")

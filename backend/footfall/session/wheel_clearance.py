@@ -100,7 +100,7 @@ def clearances_by(live: SessionCore, state: SessionState, frame: TelemetryFrame)
 
     A rover that reports no wheel forces has the leg in the air that the row on its way moves.
     """
-    from footfall.maps.steadiness import bearing
+    from footfall.maps.support_outlines import bearing
 
     if state.dem is None:
         return WheelClearances(None, "there is no terrain yet, so nothing is known of what is under the wheels")

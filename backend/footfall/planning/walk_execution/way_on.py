@@ -8,7 +8,7 @@ from footfall.balance.settings import BalanceSettings
 from footfall.balance.support import margin
 from footfall.core.frames import apply, heading
 from footfall.maps.standing import contacts
-from footfall.maps.steadiness import bearing
+from footfall.maps.support_outlines import bearing
 from footfall.planning.walk.excerpt import parts_count, start_of
 from footfall.planning.walk.problem import WalkGoal, WalkPlan, part_name
 from footfall.planning.walk_execution.decision import Act, SoFar, WayOn, WayOnSettings

@@ -11,7 +11,7 @@ from footfall.balance.payload import loaded
 from footfall.balance.settings import BalanceSettings
 from footfall.core.frames import apply
 from footfall.maps.standing import standing
-from footfall.maps.steadiness import OUTLINES, Support, support_of
+from footfall.maps.support_outlines import OUTLINES, Support, support_of
 from footfall.planning.stance.follow import base_path
 from footfall.planning.step.problem import StepPlan, StepSettings
 from footfall.planning.walk.problem import BODY, WalkPlan, WalkSettings
