@@ -17,9 +17,9 @@ from benchmarks.scenes import robot
 from benchmarks.step import targets
 from benchmarks.timing import SEED, Figure
 from footfall.balance.settings import BalanceSettings
+from footfall.planning.compliance.compliant_rover import CompliantRover, RestingRover
 from footfall.planning.compliance.from_telemetry import measured
 from footfall.planning.compliance.predict import advanced, predict
-from footfall.planning.compliance.rover import CompliantRover, RestingRover
 from footfall.planning.compliance.settings import ComplianceSettings
 from footfall.planning.execution.plan import plan_execution
 from footfall.planning.execution.problem import Execution

@@ -10,7 +10,7 @@ import numpy as np
 
 import footfall
 from footfall.core.errors import InvalidInput
-from footfall.planning.choice.ground import features_at, ground_of
+from footfall.planning.choice.ground_layers import features_at, ground_of
 from footfall.planning.choice.iteration import iterate, onto_of
 from footfall.planning.choice.reward import Came
 from footfall.planning.choice.settings import ChoiceSettings

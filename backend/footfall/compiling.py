@@ -61,7 +61,7 @@ def _images(robot: Robot, ground: Dem, state: RobotState) -> None:
 
 
 def _sag(robot: Robot, ground: Dem, state: RobotState) -> None:
-    from footfall.planning.compliance.rover import CompliantRover
+    from footfall.planning.compliance.compliant_rover import CompliantRover
 
     CompliantRover(robot, ground).let_down(state.posture, state.T_site_base)
 

@@ -93,7 +93,7 @@ def stance(
     """Robot, terrain file and the robot standing on it, or hanging on a tether."""
     from footfall.io.robot_files import load_robot
     from footfall.io.terrain_files import read_terrain
-    from footfall.planning.walk.stand import stand
+    from footfall.planning.walk.stand_to_walk import stand
 
     body, dem = load_robot(robot), read_terrain(terrain)
     return body, dem, stand(body, dem, x=x, y=y, yaw=yaw, tether=tether)

@@ -3,7 +3,7 @@
 import numpy as np
 import pytest
 
-from footfall.planning.compliance.rover import CompliantRover
+from footfall.planning.compliance.compliant_rover import CompliantRover
 from footfall.robot.ik import contact_point
 from footfall.session.registry import Sessions
 from tests.support.chassis_ground import wavy

@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 
 from footfall.core.frames import apply
-from footfall.planning.compliance.rover import CompliantRover
+from footfall.planning.compliance.compliant_rover import CompliantRover
 from footfall.planning.stance.stand import stand
 from footfall.robot.kinematics import wheel_centers
 from footfall.session.registry import Sessions

@@ -6,7 +6,7 @@ import viser
 
 import footfall
 from footfall.core.frames import apply
-from footfall.planning.compliance.rover import CompliantRover
+from footfall.planning.compliance.compliant_rover import CompliantRover
 from footfall.planning.execution.plan import plan_execution
 from footfall.robot.kinematics import wheel_centers
 from footfall_ui.scene.sag import SagDrawing

@@ -6,7 +6,7 @@ import numpy as np
 from hypothesis import given
 from hypothesis import strategies as st
 
-from footfall.maps.apart import MEASURES, set_apart
+from footfall.maps.set_apart import MEASURES, set_apart
 from footfall.maps.spoken import spoken
 
 COARSE = st.integers(0, 6).map(lambda step: step / 10)

@@ -13,9 +13,9 @@ from footfall.balance.settings import BalanceSettings
 from footfall.core.errors import Cancelled, InvalidInput
 from footfall.core.frames import apply, rotation_rpy, transform
 from footfall.io.artifacts import decode, encode
+from footfall.planning.compliance.compliant_rover import CompliantRover
 from footfall.planning.compliance.from_telemetry import measured
 from footfall.planning.compliance.predict import predict
-from footfall.planning.compliance.rover import CompliantRover
 from footfall.planning.compliance.settings import ComplianceSettings
 from footfall.planning.execution.body_course import faded
 from footfall.planning.execution.body_plan import plan_body_execution

@@ -13,9 +13,9 @@ from footfall.core.frames import apply, transform
 from footfall.io.artifacts import decode, encode
 from footfall.maps.standing import contacts, wheel_gaps
 from footfall.planning.compliance.ball_contact import second_gaps
+from footfall.planning.compliance.compliant_rover import CompliantRover
 from footfall.planning.compliance.from_telemetry import measured
 from footfall.planning.compliance.predict import predict
-from footfall.planning.compliance.rover import CompliantRover
 from footfall.planning.compliance.settings import ComplianceSettings
 from footfall.planning.execution.pace import GENTLE, SWAY
 from footfall.planning.execution.plan import plan_execution, rim_clearance

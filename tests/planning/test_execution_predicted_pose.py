@@ -7,7 +7,7 @@ import pytest
 
 import footfall
 from footfall.core.frames import apply
-from footfall.planning.compliance.rover import CompliantRover
+from footfall.planning.compliance.compliant_rover import CompliantRover
 from footfall.planning.execution.plan import plan_execution
 from footfall.planning.execution.settings import MODES, ExecutionSettings
 from footfall.planning.step.problem import Status, StepSettings

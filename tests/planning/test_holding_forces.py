@@ -6,8 +6,8 @@ import pytest
 import footfall
 from footfall.balance.forces import equilibrium_matrix
 from footfall.core.frames import apply
+from footfall.planning.compliance.compliant_rover import CompliantRover
 from footfall.planning.compliance.from_telemetry import holding, wheel_arms
-from footfall.planning.compliance.rover import CompliantRover
 from footfall.planning.execution import course
 from footfall.planning.execution.course import SPARE
 from footfall.planning.execution.forces import Holder

@@ -16,7 +16,7 @@ from footfall.maps.stack import map_stack
 from footfall.planning.step.leg_maps import compute_maps
 from footfall.planning.step.plan import plan_step
 from footfall.planning.step.problem import Status, StepSettings
-from footfall.session.products.footfalls import judge_footfall
+from footfall.session.products.judged_footfall import judge_footfall
 from footfall.terrain.from_arrays import from_heights
 
 LEG = 1

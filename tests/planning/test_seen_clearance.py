@@ -7,8 +7,8 @@ import pytest
 
 from footfall.core.errors import InvalidInput
 from footfall.core.frames import apply
+from footfall.planning.compliance.compliant_rover import CompliantRover
 from footfall.planning.compliance.from_telemetry import UNEXPLAINED
-from footfall.planning.compliance.rover import CompliantRover
 from footfall.planning.execution.seen_clearance import (
     NORMAL_95,
     ON_THE_WAY,

@@ -6,7 +6,7 @@ import pytest
 from benchmarks.walks.terrains import start_of, terrain
 from footfall.core.errors import InvalidInput
 from footfall.planning.walk.stance_search import LEANS, TURNED, WITHIN
-from footfall.planning.walk.stand import stand
+from footfall.planning.walk.stand_to_walk import stand
 from footfall.robot.collision import posture_collisions
 from footfall.robot.ik import contact_point
 from footfall.robot.kinematics import wheel_pose
@@ -56,6 +56,6 @@ def test_where_the_ground_is_unknown_nothing_is_searched(athlete, dem):
 
 
 def test_where_the_search_finds_nothing_either_both_are_told(athlete, dem, monkeypatch):
-    monkeypatch.setattr("footfall.planning.walk.stand.search_stance", lambda *asked: None)
+    monkeypatch.setattr("footfall.planning.walk.stand_to_walk.search_stance", lambda *asked: None)
     with pytest.raises(InvalidInput, match=r"nor was a stance found with the chassis up to 0\.15 m"):
         stand(athlete, dem, *start_of(2.75))

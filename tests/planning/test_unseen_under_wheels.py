@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 
 import footfall
-from footfall.planning.compliance.rover import CompliantRover
+from footfall.planning.compliance.compliant_rover import CompliantRover
 from footfall.planning.step.problem import Status
 from footfall.terrain.generate import plane
 

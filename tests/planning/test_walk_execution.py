@@ -9,9 +9,9 @@ import footfall
 from footfall.core.errors import Cancelled, InvalidInput
 from footfall.core.frames import apply, transform
 from footfall.io.artifacts import decode, encode
+from footfall.planning.compliance.compliant_rover import CompliantRover
 from footfall.planning.compliance.from_telemetry import measured
 from footfall.planning.compliance.predict import predict
-from footfall.planning.compliance.rover import CompliantRover
 from footfall.planning.execution.settings import ExecutionSettings
 from footfall.planning.step.problem import Check, Status
 from footfall.planning.walk.parts import parts_of

@@ -10,8 +10,8 @@ from footfall.core.errors import InvalidInput, InvalidSequence
 from footfall.core.frames import apply
 from footfall.core.value import flatten
 from footfall.io.artifacts import decode, encode
+from footfall.planning.compliance.compliant_rover import CompliantRover
 from footfall.planning.compliance.predict import advanced
-from footfall.planning.compliance.rover import CompliantRover
 from footfall.planning.execution.settings import ExecutionSettings
 from footfall.robot.kinematics import wheel_centers
 from footfall.sequence.commands import AtRest, Command

@@ -22,7 +22,7 @@ from footfall.session.log.records import Note
 from footfall.session.products.kinds import FILE, KINDS
 from footfall.session.replay.page_story import page_story
 from footfall.session.replay.side_by_side import side_by_side
-from footfall.session.storage import kinds
+from footfall.session.storage import value_kinds
 from footfall.session.storage.artifact_folder import verify_artifact
 from footfall.telemetry.link import EPOCHS_AHEAD
 
@@ -179,9 +179,9 @@ def test_a_product_without_what_it_was_made_from_is_refused(sessions, told):
 
 def test_every_product_that_can_be_made_has_its_kind_and_its_parents():
     """One without would be taken in unseen."""
-    parents = {name: kinds.parents_called(name) for kind in KINDS.values() for name in kind.needs}
+    parents = {name: value_kinds.parents_called(name) for kind in KINDS.values() for name in kind.needs}
     assert all(parents.values()), parents
-    known = {cls for places in kinds._NAMED.values() for classes in places.values() for cls in classes}
+    known = {cls for places in value_kinds._NAMED.values() for classes in places.values() for cls in classes}
     known |= {cls for classes in parents.values() for cls in classes} | {kind.makes for kind in KINDS.values()}
     homes = {name for names in HOMES.values() for name in names}
     assert known - {FILE} <= homes

@@ -11,7 +11,7 @@ from hypothesis.extra.numpy import arrays
 
 from footfall.core.value import Provenance
 from footfall.maps.layers import REACHABLE_STABLE, REACHABLE_UNSTABLE, MapStack
-from footfall.session.products.footfalls import judge_footfall
+from footfall.session.products.judged_footfall import judge_footfall
 from footfall.terrain.from_arrays import from_heights
 
 SAYS = {

@@ -6,7 +6,7 @@ import numpy as np
 
 from footfall.planning.step.problem import Status
 from footfall.robot.ik import contact_point
-from footfall.session.products.footfalls import decisive
+from footfall.session.products.judged_footfall import decisive
 from footfall.session.replay.recompute import replay
 
 LEG = 2

@@ -5,7 +5,7 @@ import pytest
 
 from footfall.core.errors import Conflict, InvalidInput
 from footfall.core.frames import apply
-from footfall.planning.compliance.rover import CompliantRover
+from footfall.planning.compliance.compliant_rover import CompliantRover
 from footfall.planning.compliance.settings import ComplianceSettings
 from footfall.planning.execution.settings import ExecutionSettings
 from footfall.robot.kinematics import wheel_centers

@@ -6,8 +6,8 @@ from typing import Any
 
 import numpy as np
 
+from footfall.planning.compliance.compliant_rover import CompliantRover, RestingRover
 from footfall.planning.compliance.predict import advanced
-from footfall.planning.compliance.rover import CompliantRover, RestingRover
 from footfall.planning.compliance.settings import ComplianceSettings
 from footfall.sequence.commands import AtRest
 from footfall.sequence.settings import SequenceSettings

@@ -9,7 +9,6 @@ from numpy.typing import NDArray
 from footfall.core.errors import InvalidInput
 from footfall.maps import layers as footing
 from footfall.maps import reach_classes
-from footfall.maps.apart import MEASURES, Apart, set_apart
 from footfall.maps.binding import binding_text
 from footfall.maps.layers import LAYERS
 from footfall.maps.quality import (
@@ -25,6 +24,7 @@ from footfall.maps.quality import (
     Quality,
 )
 from footfall.maps.quality_settings import FACTORS, MOST, factor_of
+from footfall.maps.set_apart import MEASURES, Apart, set_apart
 from footfall.maps.spoken import spoken
 
 GOOD = 0.8

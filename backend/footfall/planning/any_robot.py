@@ -11,7 +11,7 @@ from footfall.planning.legged.walk import plan_walk as plan_legged_walk
 from footfall.planning.step.leg_maps import compute_maps as compute_rover_maps
 from footfall.planning.step.plan import plan_step as plan_rover_step
 from footfall.planning.walk.plan import plan_walk as plan_rover_walk
-from footfall.planning.walk.stand import stand as stand_rover
+from footfall.planning.walk.stand_to_walk import stand as stand_rover
 from footfall.robot.legged.legged_robot import LeggedRobot
 from footfall.robot.model import Robot
 

@@ -19,8 +19,8 @@ from numpy.typing import NDArray
 from footfall.core.errors import InvalidInput
 from footfall.core.frames import apply
 from footfall.core.value import Provenance
+from footfall.planning.compliance.compliant_rover import RestingRover
 from footfall.planning.compliance.from_telemetry import LEAST_LOAD, UNEXPLAINED
-from footfall.planning.compliance.rover import RestingRover
 from footfall.planning.compliance.seen_yield import gives_way
 from footfall.planning.compliance.settings import WIDEST, ComplianceSettings
 from footfall.planning.execution.seen_clearance import NORMAL_95, height_deviation

@@ -13,9 +13,9 @@ from numpy.typing import NDArray
 from footfall.core.errors import InvalidSequence
 from footfall.core.frames import apply
 from footfall.maps.standing import contacts
+from footfall.planning.compliance.compliant_rover import CompliantRover, RestingRover
 from footfall.planning.compliance.from_telemetry import measured
 from footfall.planning.compliance.predict import STRIDE, advanced
-from footfall.planning.compliance.rover import CompliantRover, RestingRover
 from footfall.planning.execution.course import FALL
 from footfall.planning.step.ground import GroundRefused, Nearby, nearby
 from footfall.robot.kinematics import wheel_centers

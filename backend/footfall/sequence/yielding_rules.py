@@ -29,8 +29,8 @@ from footfall.balance.payload import loaded
 from footfall.balance.support import margins
 from footfall.core.beside import beside
 from footfall.core.frames import apply
+from footfall.planning.compliance.compliant_rover import CompliantRover, RestingRover
 from footfall.planning.compliance.from_telemetry import LEAST_LOAD
-from footfall.planning.compliance.rover import CompliantRover, RestingRover
 from footfall.planning.execution.plan import rim_clearance
 from footfall.planning.execution.problem import PHASES
 from footfall.planning.stance.move_checks import LOCKED, coms_of, dense

@@ -20,7 +20,7 @@ from footfall.session.loop_settings import LoopSettings
 from footfall.telemetry.state import RobotState
 
 if TYPE_CHECKING:
-    from footfall.planning.choice.ground import GroundLayers
+    from footfall.planning.choice.ground_layers import GroundLayers
     from footfall.session.parts import SessionParts
 
 AGAIN = "the plan before could not be gone on with from here"
@@ -126,7 +126,7 @@ class WaysOn:
 
     def _seen(self, goal: WalkGoal) -> Features:
         """What the table chooses by: the ground to the end of the piece."""
-        from footfall.planning.choice.ground import features_at, ground_of
+        from footfall.planning.choice.ground_layers import features_at, ground_of
         from footfall.terrain.dem import Dem
 
         dem = self._live.typed(Dem, present(self._live.state.dem, "there is no terrain any more"))

@@ -13,7 +13,7 @@ from footfall.session.jobs.pool import JobPool
 from footfall.session.least_clearances import LeastClearances
 from footfall.session.products.compared import UpToDate
 from footfall.session.products.executions import Executions
-from footfall.session.products.footing import LegMaps
+from footfall.session.products.maps import LegMaps
 from footfall.session.products.outcomes import Outcomes
 from footfall.session.products.plans import StepPlans
 from footfall.session.products.sequences import Sequences

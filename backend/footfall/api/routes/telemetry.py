@@ -111,7 +111,7 @@ def freeze(live: OneSession, order: FreezeState) -> Digested:
     if order.stand is None:
         return {"digest": live.stances.freeze()}
     from footfall.planning.stance.stand import stand
-    from footfall.planning.walk.stand import hanging
+    from footfall.planning.walk.stand_to_walk import hanging
 
     dem = product(live, "current", Dem, live.state.dem)
     where, tether = order.stand, settings_value(Tether, order.stand.tether)

@@ -1,4 +1,4 @@
-"""Static equilibrium of a rover of springs, compiled; see :mod:`footfall.planning.compliance.rover`.
+"""Static equilibrium of a rover of springs, compiled; see :mod:`footfall.planning.compliance.compliant_rover`.
 
 Unknowns, in order: translation (3) and rotation (3) of the chassis about its origin, both in site, and the joints.
 Newton's method on the balance of forces. The Hessian holds the springs, the ground's stiffness and how gravity and

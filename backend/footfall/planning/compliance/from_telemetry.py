@@ -13,8 +13,8 @@ from footfall.balance.payload import loaded
 from footfall.balance.posture_statics import PostureStatics
 from footfall.core.errors import InvalidInput
 from footfall.core.frames import apply, inverse
+from footfall.planning.compliance.compliant_rover import CompliantRover, RestingRover, require_three
 from footfall.planning.compliance.equilibrium_kernel import Pose
-from footfall.planning.compliance.rover import CompliantRover, RestingRover, require_three
 from footfall.planning.compliance.seen_yield import LEAST_YIELD
 from footfall.robot.tolerance import inside
 from footfall.telemetry.state import RobotState

@@ -7,7 +7,7 @@ from numpy.typing import ArrayLike, NDArray
 
 from footfall.core.errors import InvalidInput
 from footfall.core.progress import Progress, no_progress
-from footfall.planning.compliance.rover import CompliantRover, RestingRover
+from footfall.planning.compliance.compliant_rover import CompliantRover, RestingRover
 
 Array = NDArray[np.float64]
 

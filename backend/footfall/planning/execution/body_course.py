@@ -10,7 +10,7 @@ from scipy.spatial.transform import Rotation
 
 from footfall.core.frames import inverse
 from footfall.core.progress import Progress
-from footfall.planning.compliance.rover import CompliantRover, RestingRover
+from footfall.planning.compliance.compliant_rover import CompliantRover, RestingRover
 from footfall.planning.execution.forces import Holder
 from footfall.planning.execution.problem import BODY
 from footfall.planning.execution.settings import ExecutionSettings

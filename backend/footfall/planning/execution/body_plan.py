@@ -7,12 +7,12 @@ from numpy.typing import ArrayLike
 
 from footfall.core.progress import Progress, no_progress, part
 from footfall.core.value import Provenance
-from footfall.planning.compliance.rover import RestingRover
+from footfall.planning.compliance.compliant_rover import RestingRover
 from footfall.planning.execution.begin import Beginning, asked_of, beginning, moved
 from footfall.planning.execution.body_course import BodyCourse
-from footfall.planning.execution.checks import body_checks_of, judged
 from footfall.planning.execution.forces import borne
 from footfall.planning.execution.pace import durations, pauses
+from footfall.planning.execution.prediction_checks import body_checks_of, judged
 from footfall.planning.execution.problem import BODY, BodyExecution, BodyExecutionResult
 from footfall.planning.execution.settings import ExecutionSettings
 from footfall.planning.execution.walker import Lost

@@ -8,8 +8,8 @@ from numpy.typing import NDArray
 
 from footfall.core.frames import apply
 from footfall.core.progress import Progress
+from footfall.planning.compliance.compliant_rover import CompliantRover, RestingRover
 from footfall.planning.compliance.predict import advanced
-from footfall.planning.compliance.rover import CompliantRover, RestingRover
 from footfall.planning.execution.forces import Holder
 from footfall.planning.execution.leg_moves import strained, with_hub_at
 from footfall.planning.execution.settings import ExecutionSettings

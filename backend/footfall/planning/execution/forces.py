@@ -8,8 +8,8 @@ from numpy.typing import NDArray
 from footfall.balance.forces import distribute, equilibrium_matrix
 from footfall.balance.payload import loaded
 from footfall.core.frames import apply
+from footfall.planning.compliance.compliant_rover import CompliantRover, RestingRover
 from footfall.planning.compliance.from_telemetry import gravity_and_jacobians, holding, wheel_arms
-from footfall.planning.compliance.rover import CompliantRover, RestingRover
 from footfall.robot.kinematics import center_of_mass
 
 Array = NDArray[np.float64]

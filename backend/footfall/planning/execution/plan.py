@@ -1,6 +1,6 @@
 """A planned step becomes set points whose predicted motion is the planned one; everything is checked.
 
-The method of the prediction is in :mod:`footfall.planning.compliance.rover`, that of each mode in
+The method of the prediction is in :mod:`footfall.planning.compliance.compliant_rover`, that of each mode in
 :mod:`footfall.planning.execution.course`.
 """
 
@@ -11,15 +11,15 @@ from numpy.typing import ArrayLike, NDArray
 
 from footfall.core.progress import Progress, no_progress, part
 from footfall.core.value import Provenance
+from footfall.planning.compliance.compliant_rover import CompliantRover, RestingRover
 from footfall.planning.compliance.from_telemetry import measured
 from footfall.planning.compliance.predict import predict
-from footfall.planning.compliance.rover import CompliantRover, RestingRover
 from footfall.planning.compliance.settings import WIDEST, ComplianceSettings
 from footfall.planning.execution.begin import REACH_OUT, Beginning, asked_of, beginning, moved
-from footfall.planning.execution.checks import checks_of, judged
 from footfall.planning.execution.course import COMMANDERS, FALL, Course
 from footfall.planning.execution.forces import borne
 from footfall.planning.execution.pace import GENTLE, durations, pauses
+from footfall.planning.execution.prediction_checks import checks_of, judged
 from footfall.planning.execution.problem import Execution, ExecutionResult
 from footfall.planning.execution.rim import rim_clearance
 from footfall.planning.execution.settings import ExecutionSettings

@@ -4,8 +4,8 @@ import numpy as np
 from numpy.typing import NDArray
 
 from footfall.core.progress import Progress
+from footfall.planning.compliance.compliant_rover import CompliantRover, RestingRover
 from footfall.planning.compliance.predict import advanced
-from footfall.planning.compliance.rover import CompliantRover, RestingRover
 
 Array = NDArray[np.float64]
 

@@ -9,8 +9,8 @@ from numpy.typing import NDArray
 from footfall.core.errors import InvalidInput
 from footfall.core.progress import Progress, no_progress
 from footfall.core.value import Provenance
-from footfall.planning.gait.assemble import GaitRows
 from footfall.planning.gait.failing import posture_over
+from footfall.planning.gait.gait_rows import GaitRows
 from footfall.planning.gait.layout import Layout, laid_out, placed
 from footfall.planning.gait.problem import GaitFailure, GaitPlan, GaitResult, GaitSettings
 from footfall.planning.gait.rhythm import Rhythm, groups_of, rhythm

@@ -8,7 +8,7 @@ from numpy.typing import ArrayLike
 from footfall.core.errors import InvalidInput
 from footfall.core.progress import Progress, no_progress, part
 from footfall.core.value import Provenance
-from footfall.planning.compliance.rover import RestingRover
+from footfall.planning.compliance.compliant_rover import RestingRover
 from footfall.planning.execution.begin import REACH_OUT, Beginning, beginning, require_fit
 from footfall.planning.execution.body_plan import BodyExecuted, body_executed
 from footfall.planning.execution.plan import Executed, executed

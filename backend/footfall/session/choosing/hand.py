@@ -18,7 +18,7 @@ from footfall.session.choosing.choices import PageChoices
 from footfall.session.choosing.read_outs import UNREAD, Hip, from_hip, read_chassis, read_footfall, read_point
 from footfall.session.core import SessionCore, present
 from footfall.session.products.compared import UpToDate
-from footfall.session.products.footing import LegMaps
+from footfall.session.products.maps import LegMaps
 from footfall.session.products.stances import Stances
 from footfall.telemetry.state import RobotState
 from footfall.terrain.dem import Dem

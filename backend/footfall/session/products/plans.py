@@ -11,9 +11,9 @@ from footfall.session.core import SessionCore, present
 from footfall.session.jobs.job import Job
 from footfall.session.jobs.requests import StepRequest
 from footfall.session.log.records import ProductRecord
-from footfall.session.products.footing import LegMaps
 from footfall.session.products.kinds import AFTER, EXECUTION, PLAN
 from footfall.session.products.kinds import KINDS as PRODUCT_KINDS
+from footfall.session.products.maps import LegMaps
 from footfall.session.products.stances import Stances
 from footfall.session.products.terrains import SHORT_JOB
 

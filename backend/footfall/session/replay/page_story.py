@@ -18,7 +18,7 @@ from footfall.sequence.commands import Sequence as Commands
 from footfall.session.answers.plans import PlanFigures
 from footfall.session.log.event import Event
 from footfall.session.log.fold import fold_all
-from footfall.session.products.footfalls import decisive
+from footfall.session.products.judged_footfall import decisive
 from footfall.session.products.kinds import MAPS, PLAN
 from footfall.session.products.plan_figures import plan_figures, swing
 from footfall.terrain.dem import Dem

@@ -5,7 +5,7 @@ import os
 from footfall.core.errors import InvalidBundle
 from footfall.io.bundles import EVENTS, read_bundle
 from footfall.session.storage.artifact_folder import verify_artifact
-from footfall.session.storage.kinds import require_kinds
+from footfall.session.storage.value_kinds import require_kinds
 
 
 def check_bundle(bundle: str | os.PathLike[str] | bytes) -> None:

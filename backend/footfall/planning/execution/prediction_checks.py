@@ -9,7 +9,7 @@ from footfall.balance.payload import loaded
 from footfall.balance.support import margins
 from footfall.core.frames import apply
 from footfall.planning.compliance.ball_contact import second_gaps
-from footfall.planning.compliance.rover import RestingRover
+from footfall.planning.compliance.compliant_rover import RestingRover
 from footfall.planning.execution.problem import BodyExecution, Execution, Predicted, ends_of
 from footfall.planning.execution.settings import ExecutionSettings
 from footfall.planning.stance.move_checks import LOCKED, Path, coms_of, dense

@@ -16,7 +16,7 @@ from footfall.session.core import SessionCore, present
 from footfall.session.jobs.job import Job
 from footfall.session.jobs.requests import MapRequest
 from footfall.session.products.compared import UpToDate
-from footfall.session.products.footfalls import judge_footfall, nearest_good, without
+from footfall.session.products.judged_footfall import judge_footfall, nearest_good, without
 from footfall.session.products.kinds import MAPS
 from footfall.session.products.stances import Stances
 from footfall.telemetry.state import RobotState
