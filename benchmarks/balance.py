@@ -13,10 +13,10 @@ from scipy.spatial import ConvexHull
 
 from benchmarks.scenes import robot
 from benchmarks.timing import SEED, Figure, paired, seconds
+from footfall.balance.balance_settings import SIDES_ALLOWED, BalanceSettings
 from footfall.balance.cones import generators
 from footfall.balance.region import equilibrium_region, region_margin
 from footfall.balance.region_candidates import region_margins_for_candidates
-from footfall.balance.settings import SIDES_ALLOWED, BalanceSettings
 from footfall.balance.support import conservative_polygon, margins_for_candidates
 from footfall.balance.torque_candidates import torque_ratios_for_postures
 from footfall.balance.torques import contact_points, holding_torques, torque_check

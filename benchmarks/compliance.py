@@ -16,14 +16,14 @@ import footfall
 from benchmarks.scenes import robot
 from benchmarks.step import targets
 from benchmarks.timing import SEED, Figure
-from footfall.balance.settings import BalanceSettings
+from footfall.balance.balance_settings import BalanceSettings
+from footfall.planning.compliance.compliance_settings import ComplianceSettings
 from footfall.planning.compliance.compliant_rover import CompliantRover, RestingRover
 from footfall.planning.compliance.from_telemetry import measured
 from footfall.planning.compliance.predict import advanced, predict
-from footfall.planning.compliance.settings import ComplianceSettings
+from footfall.planning.execution.execution_settings import MODES, ExecutionSettings
 from footfall.planning.execution.plan import plan_execution
 from footfall.planning.execution.problem import Execution
-from footfall.planning.execution.settings import MODES, ExecutionSettings
 from footfall.planning.step.lift import vertical
 from footfall.planning.step.problem import Status
 from footfall.robot.kinematics import leg_wheel_pose

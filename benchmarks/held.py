@@ -12,9 +12,9 @@ from numpy.typing import NDArray
 
 from benchmarks.scenes import robot
 from benchmarks.timing import SEED, Figure
+from footfall.balance.balance_settings import BalanceSettings
 from footfall.balance.held import held_tables, placed_postures
 from footfall.balance.held_kernel import all_held_within, held_at_once, least_held_ratio
-from footfall.balance.settings import BalanceSettings
 from footfall.balance.torques import torque_check
 from footfall.core.frames import rotation, rotation_rpy, transform
 

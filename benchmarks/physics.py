@@ -16,9 +16,9 @@ from footfall.core.value import Provenance
 from footfall.robot.kinematics import wheel_centers
 from footfall.sequence.commands import Command, Sequence
 from footfall.sequence.predict import predict
+from footfall.sim.physics.physics_settings import PhysicsSettings
 from footfall.sim.physics.referee import referee
 from footfall.sim.physics.rover import PhysicalRover
-from footfall.sim.physics.settings import PhysicsSettings
 from footfall.sim.physics.verdict import RefereeSettings
 from footfall.telemetry.link import CommandMessage
 from footfall.telemetry.state import RobotState

@@ -24,22 +24,22 @@ import footfall
 from benchmarks.kept import KeptRun, digest_of
 from benchmarks.steps.recheck import JUDGED as PLANNED
 from benchmarks.timing import SEED, Figure, promised
-from footfall.balance.settings import GRAVITIES, BalanceSettings
+from footfall.balance.balance_settings import GRAVITIES, BalanceSettings
 from footfall.core.errors import InvalidInput
 from footfall.core.frames import apply
-from footfall.planning.compliance.settings import ComplianceSettings
+from footfall.planning.compliance.compliance_settings import ComplianceSettings
+from footfall.planning.execution.execution_settings import MODES, ExecutionSettings
 from footfall.planning.execution.plan import plan_execution
 from footfall.planning.execution.problem import Execution
-from footfall.planning.execution.settings import MODES, ExecutionSettings
 from footfall.planning.step.problem import Status, StepPlan
 from footfall.robot.description import with_payload
 from footfall.robot.kinematics import leg_wheel_pose, wheel_centers
 from footfall.robot.model import Robot
 from footfall.sequence.commands import Sequence as Commands
 from footfall.sequence.of_execution import sequence_of_execution
+from footfall.sim.physics.physics_settings import Noise, PhysicsSettings
 from footfall.sim.physics.referee import referee
 from footfall.sim.physics.rover import PhysicalRover
-from footfall.sim.physics.settings import Noise, PhysicsSettings
 from footfall.sim.physics.verdict import RefereeReport, RefereeSettings
 from footfall.telemetry.state import RobotState
 from footfall.terrain.dem import Dem

@@ -32,7 +32,7 @@ from footfall.terrain.matched import match_pairs
 from footfall.terrain.pairs.epipolar import align_pair
 from footfall.terrain.pairs.stereo import disparity
 from footfall.terrain.rover_mask.posture_fit import fit_posture
-from footfall.terrain.settings import TerrainSettings
+from footfall.terrain.terrain_settings import TerrainSettings
 
 PHOTOGRAPHS = Path(__file__).resolve().parents[2] / "shared" / "data"
 

@@ -25,7 +25,7 @@ from footfall.terrain.generate import rock_field
 from footfall.terrain.ground.surface import height_at
 from footfall.terrain.pairs.epipolar import align_pair, estimate_rotation
 from footfall.terrain.rocks import add_rocks
-from footfall.terrain.settings import TerrainSettings
+from footfall.terrain.terrain_settings import TerrainSettings
 
 SMALL, LARGE, RECOVERED = 0.2, 1.0, 0.02
 """Planted turns of a right camera that are to be recovered and refused, and how well [deg]."""

@@ -22,7 +22,7 @@ from benchmarks.kept import KeptRun, digest_of
 from benchmarks.referee import CALM, JUDGED, Case, at_rest, case_of, physics_of, rover_with, settings_of, spread
 from benchmarks.timing import SEED
 from footfall.core.errors import InvalidInput
-from footfall.planning.execution.settings import ExecutionSettings
+from footfall.planning.execution.execution_settings import ExecutionSettings
 from footfall.planning.walk.problem import WalkPlan
 from footfall.planning.walk_execution.onward import onward
 from footfall.planning.walk_execution.plan import plan_walk_execution

@@ -10,9 +10,9 @@ from collections.abc import Mapping, Sequence
 from pathlib import Path
 
 from footfall.io.policies import read_policy
+from footfall.planning.choice.choice_settings import ChoiceSettings
 from footfall.planning.choice.policy import GaitPolicy
 from footfall.planning.choice.reward import reward
-from footfall.planning.choice.settings import ChoiceSettings
 from training.choosers import LEARNED, NAMES, chooser
 from training.finished import Finished, Item, completed
 from training.gait_policy import what_rollouts_are_of

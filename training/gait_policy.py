@@ -14,10 +14,10 @@ import numpy as np
 from footfall.core.value import SOFTWARE_VERSION
 from footfall.io.policies import write_policy
 from footfall.planning.choice.actions import ACTIONS
+from footfall.planning.choice.choice_settings import ChoiceSettings
 from footfall.planning.choice.mdp import SeenTransition
 from footfall.planning.choice.policy import GaitPolicy, learned
 from footfall.planning.choice.reward import reward
-from footfall.planning.choice.settings import ChoiceSettings
 from footfall.planning.choice.state import StateSpace
 from training.finished import Finished, Item, completed
 from training.grounds import LEARNED

@@ -10,10 +10,10 @@ import numpy as np
 
 import footfall
 from footfall.core.errors import InvalidInput
+from footfall.planning.choice.choice_settings import ChoiceSettings
 from footfall.planning.choice.ground_layers import features_at, ground_of
 from footfall.planning.choice.iteration import iterate, onto_of
 from footfall.planning.choice.reward import Came
-from footfall.planning.choice.settings import ChoiceSettings
 from footfall.planning.choice.state import Features
 from footfall.robot.model import Robot
 from training.grounds import ground

@@ -227,8 +227,8 @@ def sim(
     robot: RobotName = "athlete",
 ) -> None:
     """Run a simulated rover on the link of a server until Ctrl-C; FOOTFALL_ROVER_TOKEN is its token."""
-    from footfall.balance.settings import gravity_named
-    from footfall.sim.physics.settings import PhysicsSettings
+    from footfall.balance.balance_settings import gravity_named
+    from footfall.sim.physics.physics_settings import PhysicsSettings
     from footfall.sim.process import Start, run_rover
 
     world = PhysicsSettings(gravity=gravity_named(gravity), seed=seed) if physics else None

@@ -108,9 +108,9 @@ def _gait(robot: Robot, ground: Dem, state: RobotState) -> None:
 def _whole_rover(robot: Robot, ground: Dem, state: RobotState) -> None:
     import numpy as np
 
+    from footfall.balance.balance_settings import BalanceSettings
     from footfall.balance.held import held_tables, placed_postures, postures_held
     from footfall.balance.held_kernel import held_at_once
-    from footfall.balance.settings import BalanceSettings
     from footfall.planning.scene.rover_kernel import rovers_are_clear
     from footfall.planning.scene.rover_tables import rover_tables
     from footfall.planning.stance.whole_body import WholeBody

@@ -22,7 +22,7 @@ from footfall.planning.walk.problem import WalkGoal
 if TYPE_CHECKING:
     from footfall.robot.legged.legged_robot import LeggedRobot
     from footfall.sim.physics.legged_verdict import LeggedReport
-    from footfall.sim.physics.settings import PhysicsSettings
+    from footfall.sim.physics.physics_settings import PhysicsSettings
 
 SERVED = "athlete"
 

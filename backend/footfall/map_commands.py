@@ -49,7 +49,7 @@ def make_map(
     as_json: Json = False,
 ) -> None:
     """Map where one leg could stand, from a stance on a terrain."""
-    from footfall.balance.settings import BalanceSettings
+    from footfall.balance.balance_settings import BalanceSettings
     from footfall.io.any_robot import is_legged
     from footfall.io.map_files import ONE, require_map_file, write_maps
     from footfall.maps.choice import stack_quality
@@ -87,7 +87,7 @@ def make_map(
 
 def _gravity(text: str) -> float:
     """Gravity [m/s²] of a place or a number. Raises InvalidInput, NotFound naming the places."""
-    from footfall.balance.settings import gravity_named
+    from footfall.balance.balance_settings import gravity_named
 
     try:
         return float(text)

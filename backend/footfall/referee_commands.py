@@ -41,12 +41,12 @@ def run_referee(
     as_json: Json = False,
 ) -> None:
     """Carry out a sequence in physics and judge what came of it; exit code 1 where something did not hold."""
-    from footfall.balance.settings import gravity_named
+    from footfall.balance.balance_settings import gravity_named
     from footfall.io.any_robot import is_legged
     from footfall.robot.description import with_payload
     from footfall.robot.model import Robot
+    from footfall.sim.physics.physics_settings import PhysicsSettings
     from footfall.sim.physics.referee import referee
-    from footfall.sim.physics.settings import PhysicsSettings
     from footfall.sim.physics.verdict import RefereeSettings
 
     physics = PhysicsSettings(

@@ -95,7 +95,7 @@ def build(
     from footfall.terrain.pairs.bundle_adjustment import refine as refine_pairs
     from footfall.terrain.photographs import terrain_from_pairs, terrain_from_photographs
     from footfall.terrain.scan import ScanSettings
-    from footfall.terrain.settings import TerrainSettings
+    from footfall.terrain.terrain_settings import TerrainSettings
 
     sources = list(files or [])
     if out is None:
@@ -272,7 +272,7 @@ def blend(
     """Lay ground known from elsewhere under a map, without a step between them."""
     from footfall.io.terrain_files import read_terrain, write_terrain
     from footfall.terrain.fusion.blend import blend as run
-    from footfall.terrain.settings import BlendSettings
+    from footfall.terrain.terrain_settings import BlendSettings
 
     settings = BlendSettings(deviation=deviation, time=time, level=level, seam=seam, reach=reach)
     dem = run(read_terrain(local), read_terrain(external, scale=scale, center=origin), settings)

@@ -30,15 +30,15 @@ from footfall.session.jobs.local import InlineJobs
 from footfall.session.live import LiveSession
 from footfall.session.loop_settings import LoopSettings
 from footfall.session.registry import Sessions
+from footfall.sim.physics.physics_settings import TIME_STEP, PhysicsSettings
 from footfall.sim.physics.referee import moved_legs
 from footfall.sim.physics.rover import PhysicalRover
 from footfall.sim.physics.run_observer import RunObserver
-from footfall.sim.physics.settings import TIME_STEP, PhysicsSettings
 from footfall.sim.render import render_snapshot
 from footfall.telemetry.link import CommandMessage, ImageRequestMessage, QueryMessage, StopMessage, decode
 from footfall.terrain.dem import Dem
 from footfall.terrain.generate import rock_field
-from footfall.terrain.settings import TerrainSettings
+from footfall.terrain.terrain_settings import TerrainSettings
 
 PERIOD = 0.1
 """Of telemetry, by the rover's clock [s]."""

@@ -8,7 +8,7 @@ import numpy as np
 import viser
 from numpy.typing import NDArray
 
-from footfall.balance.settings import BalanceSettings
+from footfall.balance.balance_settings import BalanceSettings
 from footfall.core.frames import apply
 from footfall.maps.support_outlines import Support, bearing, support_of
 from footfall.robot.kinematics import center_of_mass

@@ -4,13 +4,13 @@ import ast
 from collections.abc import Iterator
 from pathlib import Path
 
+from footfall.balance.balance_settings import BalanceSettings
 from footfall.balance.friction import FRICTION
-from footfall.balance.settings import BalanceSettings
 from footfall.planning.stance.find_problem import FindShiftSettings
 from footfall.planning.stance.move import BodyMoveSettings
 from footfall.planning.step.problem import StepSettings
-from footfall.sequence.settings import SequenceSettings
-from footfall.sim.physics.settings import PhysicsSettings
+from footfall.sequence.sequence_settings import SequenceSettings
+from footfall.sim.physics.physics_settings import PhysicsSettings
 
 ROOT = Path(__file__).resolve().parents[2]
 SETTINGS = (BalanceSettings, StepSettings, BodyMoveSettings, FindShiftSettings, SequenceSettings, PhysicsSettings)

@@ -4,9 +4,9 @@ import numpy as np
 import pytest
 from scipy.optimize import linprog, minimize
 
+from footfall.balance.balance_settings import SIDES
 from footfall.balance.cones import facets, generators
 from footfall.balance.forces import distribute, equilibrium_matrix
-from footfall.balance.settings import SIDES
 from footfall.core.errors import InvalidInput
 
 WEIGHT = 850 * 9.81

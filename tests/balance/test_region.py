@@ -4,6 +4,7 @@ import numpy as np
 import pytest
 import shapely
 
+from footfall.balance.balance_settings import SIDES_ALLOWED
 from footfall.balance.region import (
     TOLERANCE,
     equilibrium_region,
@@ -13,7 +14,6 @@ from footfall.balance.region import (
     surviving_margin,
 )
 from footfall.balance.region_kernel import MOST_FORCE
-from footfall.balance.settings import SIDES_ALLOWED
 from footfall.balance.support import margin
 from footfall.core.errors import InvalidInput
 from footfall.core.frames import rotation

@@ -3,8 +3,8 @@
 import numpy as np
 import pytest
 
+from footfall.balance.balance_settings import GRAVITIES, PAYLOAD_LIMIT, BalanceSettings, gravity_named
 from footfall.balance.payload import loaded
-from footfall.balance.settings import GRAVITIES, PAYLOAD_LIMIT, BalanceSettings, gravity_named
 from footfall.core.errors import InvalidInput, NotFound
 from footfall.io.artifacts import decode, encode
 from footfall.robot.description import with_payload

@@ -5,10 +5,10 @@ import pinocchio as pin
 import pytest
 from scipy.optimize import linprog
 
+from footfall.balance.balance_settings import BalanceSettings
 from footfall.balance.cones import generators
 from footfall.balance.held import held_tables, postures_held
 from footfall.balance.held_kernel import held_by_some_forces, held_ratio, held_within, least_held_ratio
-from footfall.balance.settings import BalanceSettings
 from footfall.balance.tether import Tether
 from footfall.balance.torques import torque_check
 from footfall.core.errors import InvalidInput

@@ -7,7 +7,7 @@ import pytest
 import shapely
 from scipy.spatial.transform import Rotation
 
-from footfall.balance.settings import BalanceSettings
+from footfall.balance.balance_settings import BalanceSettings
 from footfall.balance.tip_over import tip_over
 from footfall.core.errors import InvalidInput
 from footfall.core.frames import rotation

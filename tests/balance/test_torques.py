@@ -8,11 +8,11 @@ import pytest
 from scipy.optimize import linprog
 from scipy.spatial import ConvexHull
 
+from footfall.balance.balance_settings import SIDES, BalanceSettings
 from footfall.balance.cones import generators
 from footfall.balance.forces import distribute, equilibrium_matrix
 from footfall.balance.moving_leg import centers_of_mass
 from footfall.balance.posture_statics import PostureStatics
-from footfall.balance.settings import SIDES, BalanceSettings
 from footfall.balance.torque_candidates import (
     StandingLegs,
     torque_ratios_for_postures,

@@ -9,7 +9,7 @@ from hypothesis import strategies as st
 from scipy.optimize import linprog
 
 import footfall
-from footfall.balance.settings import BalanceSettings
+from footfall.balance.balance_settings import BalanceSettings
 from footfall.maps.standing import contacts
 from footfall.maps.support_outlines import TOLERANCE, bearing, support_of
 from footfall.terrain.from_arrays import from_heights

@@ -8,18 +8,18 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 import footfall
+from footfall.balance.balance_settings import BalanceSettings
 from footfall.balance.forces import equilibrium_matrix
-from footfall.balance.settings import BalanceSettings
 from footfall.core.errors import Cancelled, InvalidInput
 from footfall.core.frames import apply, rotation_rpy, transform
 from footfall.io.artifacts import decode, encode
+from footfall.planning.compliance.compliance_settings import ComplianceSettings
 from footfall.planning.compliance.compliant_rover import CompliantRover
 from footfall.planning.compliance.from_telemetry import measured
 from footfall.planning.compliance.predict import predict
-from footfall.planning.compliance.settings import ComplianceSettings
 from footfall.planning.execution.body_course import faded
 from footfall.planning.execution.body_plan import plan_body_execution
-from footfall.planning.execution.settings import ExecutionSettings
+from footfall.planning.execution.execution_settings import ExecutionSettings
 from footfall.planning.stance.body_move import plan_body_move
 from footfall.planning.stance.body_shift import BodyShift
 from footfall.planning.step.problem import Status

@@ -10,9 +10,9 @@ from shapely.geometry import MultiPoint
 
 import footfall
 from footfall.planning.choice.actions import TRIPOD, WAVE
+from footfall.planning.choice.choice_settings import ChoiceSettings
 from footfall.planning.choice.iteration import iterate, mishap_of, onto_of, support_of
 from footfall.planning.choice.reward import Came
-from footfall.planning.choice.settings import ChoiceSettings
 from footfall.telemetry.state import RobotState
 from footfall.terrain.from_arrays import from_heights
 

@@ -7,10 +7,10 @@ from hypothesis import strategies as st
 
 from footfall.core.errors import InvalidInput
 from footfall.planning.choice.actions import ACTIONS, RIPPLE, TRIPOD, WALK, WAVE
+from footfall.planning.choice.choice_settings import ChoiceSettings
 from footfall.planning.choice.mdp import SeenTransition
 from footfall.planning.choice.onward import CHOOSERS, COMMANDED, GAITS, PLANNER, TABLE, require_chooser, way_of
 from footfall.planning.choice.policy import learned
-from footfall.planning.choice.settings import ChoiceSettings
 from footfall.planning.choice.state import Features, StateSpace
 
 SETTINGS = ChoiceSettings(space=StateSpace((0.5,)))

@@ -11,10 +11,10 @@ from footfall.core.errors import InvalidBundle, InvalidInput
 from footfall.io.artifacts import encode
 from footfall.io.policies import read_policy, write_policy
 from footfall.planning.choice.actions import ACTION_TEXTS, ACTIONS, TRIPOD, WALK
+from footfall.planning.choice.choice_settings import ChoiceSettings
 from footfall.planning.choice.ground_layers import features_at, ground_of
 from footfall.planning.choice.mdp import SeenTransition
 from footfall.planning.choice.policy import VERSION, learned, require_made_for
-from footfall.planning.choice.settings import ChoiceSettings
 from footfall.planning.choice.state import Features, StateSpace
 from footfall.terrain.from_arrays import from_heights
 

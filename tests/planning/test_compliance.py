@@ -8,15 +8,15 @@ from scipy.optimize import minimize
 from scipy.spatial.transform import Rotation
 
 import footfall
-from footfall.balance.settings import BalanceSettings
+from footfall.balance.balance_settings import BalanceSettings
 from footfall.balance.torques import holding_torques
 from footfall.core.errors import InvalidInput
 from footfall.core.frames import apply, transform
 from footfall.planning.compliance.calibrate import calibrated, sag_ratio
+from footfall.planning.compliance.compliance_settings import ComplianceSettings
 from footfall.planning.compliance.compliant_rover import CompliantRover
 from footfall.planning.compliance.from_telemetry import ALIKE, DOUBT, MOST_SOFTER, UNEXPLAINED, measured, softer_by
 from footfall.planning.compliance.predict import advanced, predict
-from footfall.planning.compliance.settings import ComplianceSettings
 from footfall.planning.step.lift import vertical
 from footfall.robot.description import with_payload
 from footfall.robot.kinematics import center_of_mass, gravity_torques, wheel_centers

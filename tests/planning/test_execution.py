@@ -6,21 +6,21 @@ import numpy as np
 import pytest
 
 import footfall
+from footfall.balance.balance_settings import BalanceSettings
 from footfall.balance.forces import distribute
-from footfall.balance.settings import BalanceSettings
 from footfall.core.errors import Cancelled, InvalidInput
 from footfall.core.frames import apply, transform
 from footfall.io.artifacts import decode, encode
 from footfall.maps.standing import contacts, wheel_gaps
 from footfall.planning.compliance.ball_contact import second_gaps
+from footfall.planning.compliance.compliance_settings import ComplianceSettings
 from footfall.planning.compliance.compliant_rover import CompliantRover
 from footfall.planning.compliance.from_telemetry import measured
 from footfall.planning.compliance.predict import predict
-from footfall.planning.compliance.settings import ComplianceSettings
+from footfall.planning.execution.execution_settings import MODES, ExecutionSettings
 from footfall.planning.execution.pace import GENTLE, SWAY
 from footfall.planning.execution.plan import plan_execution, rim_clearance
 from footfall.planning.execution.problem import PHASES
-from footfall.planning.execution.settings import MODES, ExecutionSettings
 from footfall.planning.step.problem import Status, StepSettings
 from footfall.robot.collision import posture_collisions
 from footfall.robot.ik import contact_point

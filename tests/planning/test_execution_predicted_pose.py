@@ -8,8 +8,8 @@ import pytest
 import footfall
 from footfall.core.frames import apply
 from footfall.planning.compliance.compliant_rover import CompliantRover
+from footfall.planning.execution.execution_settings import MODES, ExecutionSettings
 from footfall.planning.execution.plan import plan_execution
-from footfall.planning.execution.settings import MODES, ExecutionSettings
 from footfall.planning.step.problem import Status, StepSettings
 from footfall.robot.collision import CollisionScene, posture_collisions
 from footfall.robot.ik import contact_point

@@ -24,7 +24,7 @@ from footfall.planning.walk.foot_move import At
 from footfall.planning.walk.footprint import footprint
 from footfall.planning.walk.parts import parts_of
 from footfall.planning.walk.problem import BODY, SWING, WalkSettings
-from footfall.planning.walk.recheck.settings import RecheckSettings
+from footfall.planning.walk.recheck.recheck_settings import RecheckSettings
 from footfall.planning.walk.recheck.stretches import MotionStretch
 from footfall.planning.walk.recheck.walk import recheck_walk
 from footfall.planning.walk.start import start_of

@@ -9,7 +9,7 @@ import footfall
 from footfall.core.errors import InvalidInput
 from footfall.core.frames import apply
 from footfall.planning.compliance.compliant_rover import CompliantRover
-from footfall.planning.execution.settings import ExecutionSettings
+from footfall.planning.execution.execution_settings import ExecutionSettings
 from footfall.planning.gait.as_walk import SHARED, plan_wave, wave_like
 from footfall.planning.gait.problem import TRIPOD, WAVE, GaitSettings
 from footfall.planning.step.problem import Status

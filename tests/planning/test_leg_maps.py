@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 
 import footfall
-from footfall.balance.settings import BalanceSettings
+from footfall.balance.balance_settings import BalanceSettings
 from footfall.core.value import flatten
 from footfall.io.artifacts import decode, encode
 from footfall.maps import reach_classes

@@ -10,7 +10,7 @@ from hypothesis import strategies as st
 import footfall
 from benchmarks.walks.rappel import hanging
 from benchmarks.walks.terrains import terrain
-from footfall.balance.settings import BalanceSettings
+from footfall.balance.balance_settings import BalanceSettings
 from footfall.balance.tether import Tether
 from footfall.balance.torques import torque_check
 from footfall.core.errors import InvalidInput
@@ -21,7 +21,7 @@ from footfall.planning.walk.legs_kernel import pose_of
 from footfall.planning.walk.plan import plan_walk
 from footfall.planning.walk.problem import Tethered, WalkGoal, WalkSettings
 from footfall.planning.walk.recheck.holding import HoldingCheck, turned
-from footfall.planning.walk.recheck.settings import RecheckSettings
+from footfall.planning.walk.recheck.recheck_settings import RecheckSettings
 from footfall.planning.walk.recheck.stretches import stretches
 from footfall.planning.walk.recheck.tethering import Tethering
 from footfall.planning.walk.recheck.walk import recheck_walk

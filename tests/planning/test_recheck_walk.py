@@ -22,7 +22,7 @@ from footfall.planning.walk.problem import LIFT, SWING, Place, Stance, WalkGoal,
 from footfall.planning.walk.recheck.apart import MovingBody, distance, nearest
 from footfall.planning.walk.recheck.clearances import LOCKED, ClearanceCheck
 from footfall.planning.walk.recheck.holding import friction_margin, pyramids
-from footfall.planning.walk.recheck.settings import RecheckSettings
+from footfall.planning.walk.recheck.recheck_settings import RecheckSettings
 from footfall.planning.walk.recheck.stretches import MotionStretch, stretches
 from footfall.planning.walk.recheck.walk import recheck_walk
 from footfall.robot import shapes
@@ -454,7 +454,7 @@ def test_nothing_of_the_planner_judges_its_walks():
     """What the recheck imports of the project is named here; none of it plans, solves or certifies."""
     allowed = {
         "footfall.balance.payload",
-        "footfall.balance.settings",
+        "footfall.balance.balance_settings",
         "footfall.balance.tether",
         "footfall.core.bounds",
         "footfall.core.errors",

@@ -15,7 +15,7 @@ from hypothesis import strategies as st
 from benchmarks.steps.families import problem
 from benchmarks.steps.problem import build
 from benchmarks.steps.search import Posed, pose
-from footfall.balance.settings import BalanceSettings
+from footfall.balance.balance_settings import BalanceSettings
 from footfall.balance.torque_candidates import torque_ratios_in_the_air
 from footfall.balance.torques import torque_check
 from footfall.core.frames import transform

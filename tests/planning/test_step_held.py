@@ -6,8 +6,8 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
+from footfall.balance.balance_settings import BalanceSettings
 from footfall.balance.forces import distribute
-from footfall.balance.settings import BalanceSettings
 from footfall.balance.torques import torque_check
 from footfall.core.frames import apply
 from footfall.planning.stance.stand import stand

@@ -9,7 +9,7 @@ import pytest
 import footfall
 from benchmarks.walks.rappel import hanging
 from benchmarks.walks.terrains import terrain
-from footfall.balance.settings import BalanceSettings
+from footfall.balance.balance_settings import BalanceSettings
 from footfall.balance.tether import Tether
 from footfall.core.errors import InvalidInput
 from footfall.core.frames import apply, rotation_rpy, transform

@@ -29,7 +29,7 @@ from footfall.planning.walk.footprint import footprint
 from footfall.planning.walk.guide import STEP, guide
 from footfall.planning.walk.plan import plan_walk
 from footfall.planning.walk.problem import Place, WalkGoal, WalkSettings
-from footfall.planning.walk.recheck.settings import RecheckSettings
+from footfall.planning.walk.recheck.recheck_settings import RecheckSettings
 from footfall.planning.walk.recheck.walk import recheck_walk
 from footfall.planning.walk.travel_cost import plane_of, travel_cost
 from footfall.terrain.from_arrays import from_heights

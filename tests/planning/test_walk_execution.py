@@ -12,7 +12,7 @@ from footfall.io.artifacts import decode, encode
 from footfall.planning.compliance.compliant_rover import CompliantRover
 from footfall.planning.compliance.from_telemetry import measured
 from footfall.planning.compliance.predict import predict
-from footfall.planning.execution.settings import ExecutionSettings
+from footfall.planning.execution.execution_settings import ExecutionSettings
 from footfall.planning.step.problem import Check, Status
 from footfall.planning.walk.parts import parts_of
 from footfall.planning.walk.problem import WalkGoal

@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 
 import footfall
-from footfall.planning.execution.settings import ExecutionSettings
+from footfall.planning.execution.execution_settings import ExecutionSettings
 from footfall.planning.stance.body_move import plan_body_move
 from footfall.planning.stance.body_shift import BodyShift
 from footfall.planning.step.problem import Status
@@ -18,9 +18,9 @@ from tests.support.chassis_ground import wavy
 pytest.importorskip("mujoco")
 
 from footfall.planning.execution.body_plan import plan_body_execution
+from footfall.sim.physics.physics_settings import Noise, PhysicsSettings
 from footfall.sim.physics.referee import referee
 from footfall.sim.physics.rover import PhysicalRover
-from footfall.sim.physics.settings import Noise, PhysicsSettings
 from footfall.sim.physics.verdict import RefereeSettings
 from footfall.sim.physics.walked import carry_out, longest_slip
 

@@ -11,17 +11,17 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 import footfall
+from footfall.balance.balance_settings import PAYLOAD_LIMIT, BalanceSettings
 from footfall.balance.forces import distribute
 from footfall.balance.held import held_tables
 from footfall.balance.payload import loaded
-from footfall.balance.settings import PAYLOAD_LIMIT, BalanceSettings
 from footfall.balance.support import margins
 from footfall.balance.torques import torque_check
 from footfall.core.errors import InvalidInput
 from footfall.core.frames import apply, rotation_rpy, transform
 from footfall.core.value import Provenance, flatten, unflatten
-from footfall.planning.compliance.settings import ComplianceSettings
-from footfall.planning.execution.settings import ExecutionSettings
+from footfall.planning.compliance.compliance_settings import ComplianceSettings
+from footfall.planning.execution.execution_settings import ExecutionSettings
 from footfall.planning.scene.rover_kernel import center_of_mass, place_rover
 from footfall.planning.scene.rover_tables import rover_tables
 from footfall.planning.step.ground import Nearby
@@ -30,7 +30,7 @@ from footfall.planning.walk.body_kernel import torque_of
 from footfall.planning.walk.foot_move import At
 from footfall.planning.walk.plan import plan_walk
 from footfall.planning.walk.problem import BODY, WalkGoal, WalkSettings
-from footfall.planning.walk.recheck.settings import RecheckSettings
+from footfall.planning.walk.recheck.recheck_settings import RecheckSettings
 from footfall.planning.walk.recheck.walk import recheck_walk
 from footfall.planning.walk.smoothing import Smoothing
 from footfall.planning.walk.start import overloaded, start_of

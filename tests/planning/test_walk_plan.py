@@ -18,7 +18,7 @@ from footfall.planning.step import watch
 from footfall.planning.step.problem import Status, StepSettings
 from footfall.planning.walk.plan import plan_walk
 from footfall.planning.walk.problem import BODY, MOST_ATTEMPTS, Place, WalkGoal, WalkSettings, foot_moves_in_words
-from footfall.planning.walk.recheck.settings import RecheckSettings
+from footfall.planning.walk.recheck.recheck_settings import RecheckSettings
 from footfall.planning.walk.recheck.walk import recheck_walk
 from footfall.planning.walk.search import FIRST_TRIED, TRIED_A_METRE
 from footfall.terrain.from_arrays import from_heights

@@ -20,7 +20,7 @@ from footfall.planning.walk.assemble import walk_of
 from footfall.planning.walk.foot_move import At, BodyWay, Fails, Moved, body_way, foot_move
 from footfall.planning.walk.footprint import footprint, height_above_feet
 from footfall.planning.walk.problem import BODY, Stance, WalkGoal, WalkResult, WalkSettings
-from footfall.planning.walk.recheck.settings import RecheckSettings
+from footfall.planning.walk.recheck.recheck_settings import RecheckSettings
 from footfall.planning.walk.recheck.walk import recheck_walk
 from footfall.planning.walk.smooth_kernel import METRES_A_RADIAN, OFF_HEIGHT, ROOMY_MARGIN
 from footfall.planning.walk.smoothing import MOST_ROUNDS, Smoothing

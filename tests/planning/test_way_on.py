@@ -8,7 +8,7 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 from shapely.geometry import MultiPoint, Point, Polygon
 
-from footfall.balance.settings import BalanceSettings
+from footfall.balance.balance_settings import BalanceSettings
 from footfall.core.frames import apply, rotation, transform
 from footfall.core.value import Provenance
 from footfall.maps.standing import STANDING_GAP

@@ -84,7 +84,7 @@ def test_a_split_row_goes_the_same_way(athlete, sequence, row, fraction):
 
 
 def test_a_row_at_full_speed_can_be_split(athlete, hand_plan):
-    from footfall.sequence.settings import SequenceSettings
+    from footfall.sequence.sequence_settings import SequenceSettings
 
     full = make_sequence(hand_plan, athlete, settings=SequenceSettings(speed_fraction=1.0))
     for fraction in (0.1, 1 / 3, 0.7):

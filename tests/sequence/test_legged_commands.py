@@ -26,7 +26,7 @@ from footfall.robot.legged.posture import placed
 from footfall.robot.legged.touching import touching
 from footfall.sequence.commands import Command, Sequence, by_leg, leg_lower, posture_move, wait
 from footfall.sequence.of_legged import RAMP, ramped
-from footfall.sequence.settings import SequenceSettings
+from footfall.sequence.sequence_settings import SequenceSettings
 from footfall.terrain.generate import fractal
 from tests.io.test_export_fprime import require_compiles
 from tests.io.test_export_ros2 import messages

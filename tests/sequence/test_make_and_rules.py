@@ -15,7 +15,7 @@ from footfall.sequence.commands import Command, Sequence
 from footfall.sequence.make import make_sequence
 from footfall.sequence.predict import predict
 from footfall.sequence.rules import check_rules
-from footfall.sequence.settings import SequenceSettings
+from footfall.sequence.sequence_settings import SequenceSettings
 from tests.support.wheel_depth import require_depth, rim_depth
 
 MOTION_RULES = {"self-collision", "terrain-collision", "balance"}

@@ -7,12 +7,12 @@ from typing import Any
 import numpy as np
 import pytest
 
-from footfall.balance.settings import GRAVITY
+from footfall.balance.balance_settings import GRAVITY
 from footfall.core.errors import InvalidSequence
 from footfall.sequence import rules
 from footfall.sequence.commands import Command, RuleResult
 from footfall.sequence.rules import SPEED_TOLERANCE, check_rules
-from footfall.sequence.settings import SequenceSettings
+from footfall.sequence.sequence_settings import SequenceSettings
 from footfall.telemetry.command_kinds import KINDS
 
 LEG = 2

@@ -13,7 +13,7 @@ from footfall.sequence.edit import Edit, apply_edit
 from footfall.sequence.make import make_sequence
 from footfall.sequence.motion import MOTION_RULES
 from footfall.sequence.rules import check_rules
-from footfall.sequence.settings import SequenceSettings
+from footfall.sequence.sequence_settings import SequenceSettings
 from footfall.terrain.dem import Dem
 from footfall.terrain.from_arrays import from_heights
 

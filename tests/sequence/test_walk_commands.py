@@ -16,7 +16,7 @@ from footfall.robot.model import Robot
 from footfall.sequence.edit import Edit, apply_edit
 from footfall.sequence.make import make_sequence
 from footfall.sequence.rules import check_rules
-from footfall.sequence.settings import SequenceSettings
+from footfall.sequence.sequence_settings import SequenceSettings
 from tests.support.chassis_ground import wavy
 from tests.support.sequences import require_same_commands
 from tests.support.short_walks import LEG, SETTINGS, short_walk

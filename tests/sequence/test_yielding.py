@@ -12,12 +12,12 @@ from footfall.core.value import flatten
 from footfall.io.artifacts import decode, encode
 from footfall.planning.compliance.compliant_rover import CompliantRover
 from footfall.planning.compliance.predict import advanced
-from footfall.planning.execution.settings import ExecutionSettings
+from footfall.planning.execution.execution_settings import ExecutionSettings
 from footfall.robot.kinematics import wheel_centers
 from footfall.sequence.commands import AtRest, Command
 from footfall.sequence.edit import Edit, apply_edit
 from footfall.sequence.make import make_sequence
-from footfall.sequence.settings import SequenceSettings
+from footfall.sequence.sequence_settings import SequenceSettings
 from footfall.sequence.yielding import follow
 from footfall.sequence.yielding_rules import SLIP, check_yielding, stepping_legs
 from tests.support.chassis_ground import wavy

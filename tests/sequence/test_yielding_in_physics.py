@@ -5,7 +5,7 @@ import pytest
 
 import footfall
 from footfall.core.frames import apply
-from footfall.planning.execution.settings import ExecutionSettings
+from footfall.planning.execution.execution_settings import ExecutionSettings
 from footfall.planning.step.problem import Status
 from footfall.robot.kinematics import wheel_centers
 from footfall.telemetry.link import CommandMessage

@@ -7,7 +7,7 @@ import pytest
 
 from footfall import BodyShift, shifted_state
 from footfall.core.errors import CommandRefused, Conflict, InvalidInput, NotFound
-from footfall.planning.execution.settings import ExecutionSettings
+from footfall.planning.execution.execution_settings import ExecutionSettings
 from footfall.robot.ik import contact_point
 from footfall.sequence.commands import Command
 from footfall.sequence.edit import Edit

@@ -7,10 +7,10 @@ import numpy as np
 import pytest
 
 from footfall.core.frames import apply
+from footfall.planning.compliance.compliance_settings import ComplianceSettings
 from footfall.planning.compliance.compliant_rover import CompliantRover
 from footfall.planning.compliance.from_telemetry import measured
 from footfall.planning.compliance.predict import predict
-from footfall.planning.compliance.settings import ComplianceSettings
 from footfall.robot.kinematics import wheel_centers
 from footfall.session import least_clearances
 from footfall.session.jobs.local import InlineJobs

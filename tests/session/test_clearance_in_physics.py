@@ -20,8 +20,8 @@ LEG = 2
 @pytest.mark.parametrize("stiffness", [1.0, 0.7])
 def test_the_wheel_is_where_it_is_measured_to_be(tmp_path, athlete, stiffness):
     pytest.importorskip("mujoco")
+    from footfall.sim.physics.physics_settings import Noise, PhysicsSettings
     from footfall.sim.physics.rover import PhysicalRover
-    from footfall.sim.physics.settings import Noise, PhysicsSettings
 
     dem = plane(size=10.0, resolution=0.1)
     noise = Noise(encoder=1e-3, position=3e-3, orientation=1e-3, force=5.0)

@@ -9,7 +9,7 @@ import pytest
 from footfall.core.errors import CommandRefused, Conflict, InvalidInput, NotFound
 from footfall.core.frames import apply
 from footfall.planning.compliance.compliant_rover import CompliantRover
-from footfall.planning.execution.settings import ExecutionSettings
+from footfall.planning.execution.execution_settings import ExecutionSettings
 from footfall.robot.kinematics import wheel_centers
 from footfall.sequence.edit import Edit
 from footfall.session.jobs.local import InlineJobs

@@ -8,8 +8,8 @@ import pytest
 import footfall
 from footfall.core.errors import Conflict
 from footfall.core.frames import apply
-from footfall.planning.compliance.settings import ComplianceSettings
-from footfall.planning.execution.settings import ExecutionSettings
+from footfall.planning.compliance.compliance_settings import ComplianceSettings
+from footfall.planning.execution.execution_settings import ExecutionSettings
 from footfall.robot.kinematics import wheel_centers
 from footfall.session.jobs.local import InlineJobs
 from footfall.session.registry import Sessions
@@ -23,8 +23,8 @@ LEG = 2
 @pytest.mark.parametrize("stiffness", [1.0, 0.85])
 def test_a_step_is_led_through_physics(tmp_path, athlete, stiffness):
     pytest.importorskip("mujoco")
+    from footfall.sim.physics.physics_settings import Noise, PhysicsSettings
     from footfall.sim.physics.rover import PhysicalRover
-    from footfall.sim.physics.settings import Noise, PhysicsSettings
 
     dem = plane(size=10.0, resolution=0.1)
     settings = PhysicsSettings(stiffness_scale=stiffness, noise=Noise(encoder=1e-4, position=1e-3, force=5.0))

@@ -24,8 +24,8 @@ def stepped(tmp_path, athlete, dem, world=None, as_commanded=False, shift=None):
     the step's goal [m].
     """
     pytest.importorskip("mujoco")
+    from footfall.sim.physics.physics_settings import Noise, PhysicsSettings
     from footfall.sim.physics.rover import PhysicalRover
-    from footfall.sim.physics.settings import Noise, PhysicsSettings
 
     stands = footfall.stand(athlete, dem)
     x, y, _ = apply(stands.T_site_base, wheel_centers(athlete, stands.posture))[LEG]

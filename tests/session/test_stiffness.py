@@ -5,9 +5,9 @@ import pytest
 
 from footfall.core.errors import Conflict, InvalidInput
 from footfall.core.frames import apply
+from footfall.planning.compliance.compliance_settings import ComplianceSettings
 from footfall.planning.compliance.compliant_rover import CompliantRover
-from footfall.planning.compliance.settings import ComplianceSettings
-from footfall.planning.execution.settings import ExecutionSettings
+from footfall.planning.execution.execution_settings import ExecutionSettings
 from footfall.robot.kinematics import wheel_centers
 from footfall.session.jobs.local import InlineJobs
 from footfall.session.log.fold import fold_all

@@ -16,7 +16,7 @@ from footfall.sim.render import render_snapshot
 from footfall.telemetry.state import TelemetryFrame
 from footfall.terrain.fusion.clear import Area
 from footfall.terrain.generate import rock_field
-from footfall.terrain.settings import TerrainSettings
+from footfall.terrain.terrain_settings import TerrainSettings
 
 COARSE = TerrainSettings(resolution=0.04, matcher="3way", keep=True)
 

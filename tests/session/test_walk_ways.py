@@ -7,10 +7,10 @@ import pytest
 
 from footfall.core.errors import InvalidInput
 from footfall.planning.choice.actions import ACTIONS, TRIPOD, WALK, WAVE
+from footfall.planning.choice.choice_settings import ChoiceSettings
 from footfall.planning.choice.mdp import SeenTransition
 from footfall.planning.choice.onward import GAITS, TABLE
 from footfall.planning.choice.policy import learned
-from footfall.planning.choice.settings import ChoiceSettings
 from footfall.planning.choice.state import StateSpace
 from footfall.planning.stance.stand import stand
 from footfall.planning.walk.problem import WalkGoal

@@ -9,13 +9,13 @@ import pytest
 import footfall.session.walking as walking_module
 from footfall.core.errors import Conflict, InvalidInput
 from footfall.planning.compliance.from_telemetry import holding
-from footfall.planning.execution.settings import ExecutionSettings
+from footfall.planning.execution.execution_settings import ExecutionSettings
 from footfall.planning.step.problem import Status
 from footfall.planning.walk.excerpt import end_of, parts_count
 from footfall.planning.walk.problem import WalkGoal, WalkSettings
 from footfall.robot.kinematics import wheel_centers
 from footfall.sequence.foot_moves import foot_moves
-from footfall.sequence.settings import SequenceSettings
+from footfall.sequence.sequence_settings import SequenceSettings
 from footfall.sequence.yielding import follow
 from footfall.session.jobs.requests import FootMovesRequest
 from footfall.session.products.kinds import WALK

@@ -10,8 +10,8 @@ import pytest
 
 import footfall
 from footfall.api.bodies.jsonable import dumps
+from footfall.balance.balance_settings import GRAVITIES, GRAVITY
 from footfall.balance.legged_effort import effort_ratio
-from footfall.balance.settings import GRAVITIES, GRAVITY
 from footfall.core.errors import InvalidInput
 from footfall.core.frames import apply, quat_wxyz, rotation_rpy, transform
 from footfall.planning.legged.problem import LeggedSettings
@@ -20,7 +20,7 @@ from footfall.planning.legged.step import plan_step
 from footfall.robot.legged.posture import placed
 from footfall.sim.physics.legged_model import ARMATURE_TIME, SERVO_GIVE, TICK, build_legged
 from footfall.sim.physics.legged_referee import REST, LeggedBody, legged_referee
-from footfall.sim.physics.settings import PhysicsSettings
+from footfall.sim.physics.physics_settings import PhysicsSettings
 from footfall.terrain.from_arrays import from_heights
 from footfall.terrain.generate import fractal, plane
 from tests.support.described import robot_of

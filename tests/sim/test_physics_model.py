@@ -15,7 +15,7 @@ from footfall.robot.description import PARTS, link_name, with_payload
 from footfall.robot.kinematics import center_of_mass, gravity_torques, link_poses
 from footfall.robot.model import Robot
 from footfall.sim.physics.model import PhysicsModel, build_model
-from footfall.sim.physics.settings import Noise, PhysicsSettings
+from footfall.sim.physics.physics_settings import Noise, PhysicsSettings
 from footfall.terrain.dem import Dem
 from footfall.terrain.generate import fractal
 from footfall.terrain.ground.surface import height_at

@@ -12,10 +12,10 @@ from footfall.robot.ik import contact_point, solve_leg
 from footfall.robot.kinematics import leg_wheel_pose, wheel_centers
 from footfall.sequence.commands import Command, Sequence
 from footfall.sequence.predict import predict
+from footfall.sim.physics.physics_settings import TIME_STEP, Noise, PhysicsSettings
 from footfall.sim.physics.referee import referee
 from footfall.sim.physics.rover import PhysicalRover
 from footfall.sim.physics.run_observer import RunObserver
-from footfall.sim.physics.settings import TIME_STEP, Noise, PhysicsSettings
 from footfall.sim.physics.verdict import RefereeReport, RefereeSettings
 from footfall.telemetry.link import CommandMessage
 from footfall.telemetry.state import RobotState

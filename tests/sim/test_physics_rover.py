@@ -13,8 +13,8 @@ from footfall.robot.ik import solve_leg
 from footfall.robot.kinematics import gravity_torques, leg_wheel_pose, wheel_centers
 from footfall.robot.model import Robot
 from footfall.sim.physics.contacts import on_wheels
+from footfall.sim.physics.physics_settings import TIME_STEP, Noise, PhysicsSettings
 from footfall.sim.physics.rover import PhysicalRover
-from footfall.sim.physics.settings import TIME_STEP, Noise, PhysicsSettings
 from footfall.sim.rover import SimulatedRover
 from footfall.sim.statics import contact_jacobian
 from footfall.telemetry.link import CommandMessage

@@ -5,7 +5,7 @@ from dataclasses import replace
 import pytest
 
 from footfall.core.errors import InvalidInput
-from footfall.planning.execution.settings import MODES
+from footfall.planning.execution.execution_settings import MODES
 
 pytest.importorskip("mujoco")
 

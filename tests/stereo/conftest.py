@@ -12,7 +12,7 @@ from footfall.terrain.build import build_terrain
 from footfall.terrain.dem import Dem
 from footfall.terrain.generate import rock_field
 from footfall.terrain.ground.surface import height_at
-from footfall.terrain.settings import TerrainSettings
+from footfall.terrain.terrain_settings import TerrainSettings
 
 SCALE = 0.5
 

@@ -22,7 +22,7 @@ from footfall.terrain.dem import Dem
 from footfall.terrain.fusion.align import align
 from footfall.terrain.generate import plane
 from footfall.terrain.ground.surface import height_at
-from footfall.terrain.settings import TerrainSettings
+from footfall.terrain.terrain_settings import TerrainSettings
 
 CENTER = np.array([0.5, -0.2, 1.0])
 

@@ -22,7 +22,7 @@ from footfall.terrain.matched import Matched
 from footfall.terrain.photographs import terrain_from_pairs
 from footfall.terrain.rover_mask.selfmask import robot_depths, robot_parts
 from footfall.terrain.rover_mask.taken_out import APART, BESIDE, MAYBE, NEAR, SMEARED, without_robot
-from footfall.terrain.settings import TerrainSettings
+from footfall.terrain.terrain_settings import TerrainSettings
 
 
 def errors(dem: Dem, world: Dem) -> np.ndarray:

@@ -7,7 +7,7 @@ from hypothesis import strategies as st
 
 from footfall.core.errors import InvalidInput
 from footfall.terrain.fusion.continued_ground import REACH, ROUNDS, SHARE, continued_ground
-from footfall.terrain.settings import TerrainSettings
+from footfall.terrain.terrain_settings import TerrainSettings
 
 CELL = 0.05
 

@@ -21,7 +21,7 @@ from footfall.terrain.pairs.epipolar import (
 )
 from footfall.terrain.pairs.point_matches import FEWEST_MATCHES, matches
 from footfall.terrain.pairs.stereo import disparity
-from footfall.terrain.settings import TerrainSettings
+from footfall.terrain.terrain_settings import TerrainSettings
 
 FLOOR = np.deg2rad(0.02)
 AXES = {"pitch": (1.0, 0.0, 0.0), "yaw": (0.0, 1.0, 0.0), "roll": (0.0, 0.0, 1.0)}

@@ -22,7 +22,7 @@ from footfall.io.artifacts import decode, encode
 from footfall.terrain.dem import Dem
 from footfall.terrain.fusion.memory import drifted, merge
 from footfall.terrain.fusion.visibility import DepthView, seen_through
-from footfall.terrain.settings import TerrainSettings
+from footfall.terrain.terrain_settings import TerrainSettings
 
 STILL = TerrainSettings(drift_per_hour=0.0, drift_per_metre=0.0)
 CELL = 0.02

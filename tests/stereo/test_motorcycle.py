@@ -9,7 +9,7 @@ from footfall.io.image_files import read_pair
 from footfall.telemetry.images import ImagePair
 from footfall.terrain.pairs.stereo import depth, disparity
 from footfall.terrain.photographs import terrain_from_pairs
-from footfall.terrain.settings import TerrainSettings
+from footfall.terrain.terrain_settings import TerrainSettings
 
 FOCAL, BASELINE, DOFFS = 994.978, 0.193001, 31.086
 SETTINGS = TerrainSettings(min_range=2.0, max_range=6.0, half_size=2.0)

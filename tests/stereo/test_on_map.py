@@ -13,7 +13,7 @@ from footfall.core.value import Provenance
 from footfall.telemetry.state import RobotState
 from footfall.terrain.dem import Dem
 from footfall.terrain.fusion.on_map import LEAST_SURE, MOVES_NOTHING, Looks, on_map, place_on_map
-from footfall.terrain.settings import TerrainSettings
+from footfall.terrain.terrain_settings import TerrainSettings
 
 SETTINGS = TerrainSettings()
 DEM = Dem(np.zeros((4, 4), np.float32), GridGeometry(0.0, 0.0, 1.0, 4, 4), "flat", Provenance({}))

@@ -27,7 +27,7 @@ from footfall.terrain.pair_views import (
     snapshot_views,
 )
 from footfall.terrain.rover_mask.selfmask import robot_parts
-from footfall.terrain.settings import TerrainSettings
+from footfall.terrain.terrain_settings import TerrainSettings
 
 
 @pytest.fixture(scope="module")

@@ -12,7 +12,7 @@ from footfall.terrain.generate import rock_field
 from footfall.terrain.ground.surface import height_at
 from footfall.terrain.pairs.stereo import require_rectified
 from footfall.terrain.photographs import rectified, terrain_from_photographs
-from footfall.terrain.settings import TerrainSettings
+from footfall.terrain.terrain_settings import TerrainSettings
 from tests.support import yard
 
 SETTINGS = TerrainSettings(resolution=0.04, half_size=3.0, matcher="3way")

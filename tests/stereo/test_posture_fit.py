@@ -14,7 +14,7 @@ from footfall.terrain.ground.triangulate import triangulate
 from footfall.terrain.pairs import stereo
 from footfall.terrain.rover_mask.leg_errors import ENCODER_SD, SAG, encoder_and_sag_errors
 from footfall.terrain.rover_mask.posture_fit import fit_posture
-from footfall.terrain.settings import TerrainSettings
+from footfall.terrain.terrain_settings import TerrainSettings
 
 
 def with_posture(state: RobotState, posture: np.ndarray) -> RobotState:

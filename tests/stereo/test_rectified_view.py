@@ -17,7 +17,7 @@ from footfall.telemetry.photographs import PhotographedPair, Photographs
 from footfall.terrain.pairs.epipolar import align_pair
 from footfall.terrain.pairs.rectify import rectified_cameras, rectify
 from footfall.terrain.photographs import terrain_from_pairs, terrain_from_photographs
-from footfall.terrain.settings import COMMON, TerrainSettings
+from footfall.terrain.terrain_settings import COMMON, TerrainSettings
 from tests.stereo.test_rectify import LENSES, calibration, distorted
 
 W, H, FOCAL, CY, BASELINE = 640, 240, 400.0, 118.0, 0.2

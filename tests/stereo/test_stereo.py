@@ -7,7 +7,7 @@ from hypothesis import strategies as st
 from footfall.core.errors import InvalidImages
 from footfall.telemetry.images import Camera, ImagePair
 from footfall.terrain.pairs.stereo import depth, deviations, disparity, match
-from footfall.terrain.settings import TerrainSettings
+from footfall.terrain.terrain_settings import TerrainSettings
 
 SETTINGS = TerrainSettings(min_range=1.0)
 

@@ -16,7 +16,7 @@ from footfall.terrain.from_arrays import from_heights
 from footfall.terrain.fusion.blend import blend
 from footfall.terrain.fusion.clear import Area, clear, inside
 from footfall.terrain.ground.views import CollisionView, collision_view
-from footfall.terrain.settings import BlendSettings
+from footfall.terrain.terrain_settings import BlendSettings
 
 CELL = 0.05
 

@@ -4,7 +4,7 @@ from dataclasses import replace
 
 from footfall.core.frames import inverse
 from footfall.session.products.kinds import TERRAIN
-from footfall.terrain.settings import TerrainSettings
+from footfall.terrain.terrain_settings import TerrainSettings
 
 
 def looked_twice(live, dem, standing, correction):

@@ -6,11 +6,11 @@ from typing import Any
 
 import numpy as np
 
+from footfall.planning.compliance.compliance_settings import ComplianceSettings
 from footfall.planning.compliance.compliant_rover import CompliantRover, RestingRover
 from footfall.planning.compliance.predict import advanced
-from footfall.planning.compliance.settings import ComplianceSettings
 from footfall.sequence.commands import AtRest
-from footfall.sequence.settings import SequenceSettings
+from footfall.sequence.sequence_settings import SequenceSettings
 from footfall.sequence.yielding import follow
 from footfall.telemetry.state import TelemetryFrame
 

@@ -12,10 +12,10 @@ from scipy.stats import binomtest, bootstrap
 
 from footfall.core.errors import InvalidInput
 from footfall.planning.choice.actions import ACTIONS, TRIPOD, WALK, WAVE
+from footfall.planning.choice.choice_settings import ChoiceSettings
 from footfall.planning.choice.mdp import SeenTransition
 from footfall.planning.choice.policy import learned
 from footfall.planning.choice.reward import Came, RewardWeights, reward
-from footfall.planning.choice.settings import ChoiceSettings
 from footfall.planning.choice.state import Features, StateSpace
 from training import choosers
 from training.evaluate import figures, total, verdicts

@@ -7,7 +7,7 @@ import pytest
 
 from footfall.io.policies import read_policy
 from footfall.planning.choice.actions import TRIPOD
-from footfall.planning.choice.settings import ChoiceSettings
+from footfall.planning.choice.choice_settings import ChoiceSettings
 from training import evaluate, gait_policy, route
 from training.choosers import NAMES
 from training.grounds import ground

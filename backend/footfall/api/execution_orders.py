@@ -3,7 +3,7 @@
 from pydantic import BaseModel
 
 from footfall.api.bodies.settings_models import settings_value
-from footfall.planning.execution.settings import ExecutionSettings
+from footfall.planning.execution.execution_settings import ExecutionSettings
 from footfall.session.live import LiveSession
 
 

@@ -7,7 +7,7 @@ pyramid about its normal depend on the normal alone, so more friction never take
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
-from footfall.balance.settings import SIDES, require_cone
+from footfall.balance.balance_settings import SIDES, require_cone
 from footfall.compiled import njit
 from footfall.core.errors import InvalidInput
 

@@ -13,9 +13,9 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 from scipy.optimize import nnls
 
+from footfall.balance.balance_settings import GRAVITY
 from footfall.balance.cones import facets
 from footfall.balance.friction import FRICTION
-from footfall.balance.settings import GRAVITY
 from footfall.core.errors import InvalidInput
 
 Array = NDArray[np.float64]

@@ -7,11 +7,11 @@ the motors and the ground.
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
+from footfall.balance.balance_settings import BalanceSettings
 from footfall.balance.held_kernel import HeldTables, all_held_within
 from footfall.balance.moving_leg import leg_bodies, leg_links
 from footfall.balance.payload import loaded
 from footfall.balance.posture_statics import lowest_rim_points
-from footfall.balance.settings import BalanceSettings
 from footfall.balance.tether import Tether
 from footfall.core.errors import InvalidInput
 from footfall.robot.description import PARTS

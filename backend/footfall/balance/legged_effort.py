@@ -10,10 +10,10 @@ import numpy as np
 import pinocchio as pin
 from numpy.typing import ArrayLike, NDArray
 
+from footfall.balance.balance_settings import GRAVITY, SIDES
 from footfall.balance.cones import facets
 from footfall.balance.friction import FRICTION
 from footfall.balance.region import require_stance
-from footfall.balance.settings import GRAVITY, SIDES
 from footfall.balance.simplex import INFEASIBLE, OPTIMAL
 from footfall.balance.torque_kernel import least_ratio
 from footfall.core.errors import FootFallError

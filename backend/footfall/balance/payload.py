@@ -3,7 +3,7 @@
 import numpy as np
 from numpy.typing import NDArray
 
-from footfall.balance.settings import BalanceSettings
+from footfall.balance.balance_settings import BalanceSettings
 from footfall.robot.model import Robot
 
 Array = NDArray[np.float64]

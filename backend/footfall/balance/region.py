@@ -10,7 +10,8 @@ which nothing is. They are refined until they are within a tolerance. Everything
 said to be inside is inside the inner polygon, what is said to be outside is beyond the outer one. Friction cones are
 pyramids inside the cones, see :mod:`footfall.balance.cones`.
 
-All points are in a frame whose z points against gravity, see :class:`footfall.balance.settings.BalanceSettings`.
+All points are in a frame whose z points against gravity, see
+:class:`footfall.balance.balance_settings.BalanceSettings`.
 
 References
 ----------
@@ -22,10 +23,10 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
+from footfall.balance.balance_settings import SIDES, require_cone
 from footfall.balance.cones import fill_generators, unit_normals
 from footfall.balance.friction import FRICTION
 from footfall.balance.region_kernel import MERGED, signed_distance, signed_distances, trace
-from footfall.balance.settings import SIDES, require_cone
 from footfall.balance.simplex import INFEASIBLE, OPTIMAL
 from footfall.core.errors import FootFallError, InvalidInput
 

@@ -15,11 +15,11 @@ import numpy as np
 from numba import prange
 from numpy.typing import ArrayLike, NDArray
 
+from footfall.balance.balance_settings import SIDES, require_cone
 from footfall.balance.cones import fill_generators
 from footfall.balance.friction import FRICTION
 from footfall.balance.region import equilibrium_region, frame, region_margins, require_stance
 from footfall.balance.region_kernel import ROWS, fill_foot, fill_slack, nearest
-from footfall.balance.settings import SIDES, require_cone
 from footfall.balance.simplex import INFEASIBLE, OPTIMAL, UNFINISHED, start
 from footfall.compiled import njit
 from footfall.core.errors import FootFallError, InvalidInput

@@ -14,8 +14,8 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
+from footfall.balance.balance_settings import GRAVITY
 from footfall.balance.forces import require_masses
-from footfall.balance.settings import GRAVITY
 from footfall.balance.support import edges
 
 Array = NDArray[np.float64]

@@ -8,11 +8,11 @@ from collections.abc import Sequence
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
+from footfall.balance.balance_settings import BalanceSettings
 from footfall.balance.cones import facets, unit_normals
 from footfall.balance.moving_leg import centers_with, gravity_torques, joint_axes, leg_links, moment_without
 from footfall.balance.payload import loaded
 from footfall.balance.posture_statics import PostureStatics, lowest_rim_points
-from footfall.balance.settings import BalanceSettings
 from footfall.balance.simplex import UNFINISHED
 from footfall.balance.torque_kernel import hull_rows, least_ratios, ratios_for_centers
 from footfall.core.errors import FootFallError, InvalidInput

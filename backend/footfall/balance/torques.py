@@ -16,12 +16,12 @@ from dataclasses import field
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
+from footfall.balance.balance_settings import GRAVITY, BalanceSettings
 from footfall.balance.cones import facets, unit_normals
 from footfall.balance.friction import FRICTION
 from footfall.balance.payload import loaded
 from footfall.balance.posture_statics import PostureStatics
 from footfall.balance.region import require_stance
-from footfall.balance.settings import GRAVITY, BalanceSettings
 from footfall.balance.simplex import INFEASIBLE, OPTIMAL
 from footfall.balance.tether import Tether
 from footfall.balance.tether_kernel import fill_limb

@@ -39,7 +39,7 @@ _EPOCH = (1980, 1, 1, 0, 0, 0)
 # Where each value lives, by the name that it is stored under, so that a file can be read before anything else
 # imported its class. Values of the layers above register themselves: only they read files that hold them.
 HOMES: dict[str, tuple[str, ...]] = {
-    "footfall.balance.settings": ("BalanceSettings",),
+    "footfall.balance.balance_settings": ("BalanceSettings",),
     "footfall.balance.tether": ("Tether",),
     "footfall.balance.torques": ("TorqueCheck",),
     "footfall.core.grid": ("GridGeometry",),
@@ -56,14 +56,14 @@ HOMES: dict[str, tuple[str, ...]] = {
         "PredictedState",
         "ShiftRefused",
     ),
-    "footfall.planning.compliance.settings": ("ComplianceSettings",),
+    "footfall.planning.compliance.compliance_settings": ("ComplianceSettings",),
     "footfall.planning.execution.problem": (
         "BodyExecution",
         "BodyExecutionResult",
         "Execution",
         "ExecutionResult",
     ),
-    "footfall.planning.execution.settings": ("ExecutionSettings",),
+    "footfall.planning.execution.execution_settings": ("ExecutionSettings",),
     "footfall.planning.legged.problem": (
         "LeggedPlan",
         "LeggedResult",
@@ -111,10 +111,10 @@ HOMES: dict[str, tuple[str, ...]] = {
     ),
     "footfall.planning.choice.policy": ("GaitPolicy",),
     "footfall.planning.choice.reward": ("RewardWeights",),
-    "footfall.planning.choice.settings": ("ChoiceSettings",),
+    "footfall.planning.choice.choice_settings": ("ChoiceSettings",),
     "footfall.planning.choice.state": ("StateSpace",),
     "footfall.planning.gait.problem": ("GaitFailure", "GaitPlan", "GaitResult", "GaitSettings"),
-    "footfall.planning.walk.recheck.settings": ("RecheckSettings",),
+    "footfall.planning.walk.recheck.recheck_settings": ("RecheckSettings",),
     "footfall.planning.walk.smoothing": (
         "Smoothed",
         "Smoothing",
@@ -166,7 +166,7 @@ HOMES: dict[str, tuple[str, ...]] = {
     "footfall.sequence.edit": ("Edit",),
     "footfall.sequence.feet": ("Feet",),
     "footfall.sequence.outcome": ("Difference", "Outcome"),
-    "footfall.sequence.settings": ("SequenceSettings",),
+    "footfall.sequence.sequence_settings": ("SequenceSettings",),
     "footfall.telemetry.calibration": (
         "CameraModel",
         "PairCalibration",
@@ -213,7 +213,7 @@ HOMES: dict[str, tuple[str, ...]] = {
         "PairView",
         "SnapshotViews",
     ),
-    "footfall.terrain.settings": (
+    "footfall.terrain.terrain_settings": (
         "BlendSettings",
         "TerrainSettings",
     ),

@@ -4,8 +4,8 @@ from pathlib import Path
 
 from footfall.core.errors import InvalidBundle
 from footfall.io.artifacts import decode, encode
+from footfall.planning.choice.choice_settings import ChoiceSettings
 from footfall.planning.choice.policy import GaitPolicy, require_made_for
-from footfall.planning.choice.settings import ChoiceSettings
 
 
 def read_policy(path: Path, robot: str | None = None, settings: ChoiceSettings | None = None) -> GaitPolicy:

@@ -13,7 +13,7 @@ from footfall.robot.model import Robot
 from footfall.sequence import make
 from footfall.sequence.commands import Sequence
 from footfall.sequence.of_legged import make_legged_sequence
-from footfall.sequence.settings import SequenceSettings
+from footfall.sequence.sequence_settings import SequenceSettings
 from footfall.terrain.dem import Dem
 
 

@@ -7,7 +7,7 @@ from typing import NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
-from footfall.balance.settings import BalanceSettings
+from footfall.balance.balance_settings import BalanceSettings
 from footfall.core.bounds import require_not_negative
 from footfall.core.errors import InvalidInput
 from footfall.core.grid import GridGeometry

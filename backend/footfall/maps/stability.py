@@ -5,10 +5,10 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
+from footfall.balance.balance_settings import BalanceSettings
 from footfall.balance.moving_leg import centers_of_mass
 from footfall.balance.payload import loaded
 from footfall.balance.region_candidates import region_margins_for_candidates
-from footfall.balance.settings import BalanceSettings
 from footfall.balance.support import bindings_for_candidates, margins
 from footfall.balance.tip_over_candidates import tip_energies_for_candidates
 from footfall.balance.torque_candidates import torque_ratios_for_postures
@@ -29,7 +29,7 @@ class StayingFeet:
     """The feet that stay while one leg steps, in a frame with z against gravity.
 
     legs: those that stand. feet: their contacts, site. points, normals: (k, 3) of them, level, see
-    :meth:`footfall.balance.settings.BalanceSettings.level`.
+    :meth:`footfall.balance.balance_settings.BalanceSettings.level`.
     """
 
     legs: tuple[int, ...]

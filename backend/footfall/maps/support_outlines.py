@@ -14,8 +14,8 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
+from footfall.balance.balance_settings import BalanceSettings
 from footfall.balance.region import EquilibriumRegion, equilibrium_region, region_margins
-from footfall.balance.settings import BalanceSettings
 from footfall.balance.support import conservative_polygon, margins, support_polygon
 from footfall.core.errors import InvalidInput
 from footfall.maps.standing import Contacts, contacts

@@ -18,7 +18,7 @@ from footfall.sequence.motion import MOTION_RULES
 from footfall.sequence.passage import passages, poses, postures
 from footfall.sequence.predict import target
 from footfall.sequence.rules import TERRAIN_GIVEN, check_rules
-from footfall.sequence.settings import SequenceSettings
+from footfall.sequence.sequence_settings import SequenceSettings
 from footfall.sequence.yielding import follow, require_terrain
 from footfall.telemetry.command_kinds import WAIT
 from footfall.terrain.dem import Dem

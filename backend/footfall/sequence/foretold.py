@@ -19,16 +19,16 @@ from numpy.typing import NDArray
 from footfall.core.errors import InvalidInput
 from footfall.core.frames import apply
 from footfall.core.value import Provenance
+from footfall.planning.compliance.compliance_settings import WIDEST, ComplianceSettings
 from footfall.planning.compliance.compliant_rover import RestingRover
 from footfall.planning.compliance.from_telemetry import LEAST_LOAD, UNEXPLAINED
 from footfall.planning.compliance.seen_yield import gives_way
-from footfall.planning.compliance.settings import WIDEST, ComplianceSettings
 from footfall.planning.execution.seen_clearance import NORMAL_95, height_deviation
 from footfall.robot.kinematics import wheel_centers, wheel_jacobian
 from footfall.robot.model import Robot
 from footfall.sequence.commands import Command, Sequence
 from footfall.sequence.outcome import Foretold, Outcome, Seen, compare
-from footfall.sequence.settings import SequenceSettings
+from footfall.sequence.sequence_settings import SequenceSettings
 from footfall.sequence.yielding import follow
 from footfall.telemetry.state import RobotState
 from footfall.terrain.dem import Dem

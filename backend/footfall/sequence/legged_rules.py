@@ -25,7 +25,7 @@ from footfall.sequence.legged_passage import LeggedPassage, chassis_on, legged_p
 from footfall.sequence.predict import needed_duration
 from footfall.sequence.rules import SPEED_TOLERANCE
 from footfall.sequence.sampled import samples
-from footfall.sequence.settings import SequenceSettings
+from footfall.sequence.sequence_settings import SequenceSettings
 from footfall.telemetry.command_kinds import KINDS, LEG_LOWER, UNKNOWN
 from footfall.terrain.dem import Dem
 

@@ -21,7 +21,7 @@ from footfall.sequence.of_execution import sequence_of_execution
 from footfall.sequence.passage import passages, poses, postures
 from footfall.sequence.predict import needed_duration
 from footfall.sequence.rules import check_rules
-from footfall.sequence.settings import SequenceSettings
+from footfall.sequence.sequence_settings import SequenceSettings
 from footfall.telemetry.command_kinds import LEG_MOVE
 from footfall.terrain.dem import Dem
 

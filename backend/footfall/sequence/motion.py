@@ -26,7 +26,7 @@ from footfall.sequence.passage import CLEAR, Passage, passages, standing_legs
 from footfall.sequence.posture_motion import check_posture_move
 from footfall.sequence.predict import target
 from footfall.sequence.sampled import balance_result, drag_result, samples, torque_result
-from footfall.sequence.settings import SequenceSettings
+from footfall.sequence.sequence_settings import SequenceSettings
 from footfall.terrain.dem import Dem
 
 Array = NDArray[np.float64]

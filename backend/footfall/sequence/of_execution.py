@@ -10,13 +10,13 @@ from numpy.typing import NDArray
 
 from footfall.core.errors import InvalidSequence
 from footfall.core.value import Provenance
+from footfall.planning.execution.execution_settings import ExecutionSettings
 from footfall.planning.execution.problem import BodyExecution, Execution, Predicted
-from footfall.planning.execution.settings import ExecutionSettings
 from footfall.planning.walk_execution.problem import FootMoveExecution, WalkExecution
 from footfall.robot.model import Robot
 from footfall.sequence.commands import AtRest, Command, Sequence, leg_lower, leg_move, posture_move, wait
 from footfall.sequence.rules import check_rules
-from footfall.sequence.settings import SequenceSettings
+from footfall.sequence.sequence_settings import SequenceSettings
 from footfall.sequence.yielding import follow
 from footfall.telemetry.state import RobotState
 from footfall.terrain.dem import Dem

@@ -12,7 +12,7 @@ from footfall.robot.legged.legged_robot import LeggedRobot
 from footfall.sequence.commands import Command, Sequence, leg_move, posture_move
 from footfall.sequence.legged_rules import check_legged_rules
 from footfall.sequence.predict import needed_duration
-from footfall.sequence.settings import COARSEST, SequenceSettings
+from footfall.sequence.sequence_settings import COARSEST, SequenceSettings
 from footfall.terrain.dem import Dem
 
 Array = NDArray[np.float64]

@@ -21,7 +21,7 @@ from footfall.robot.model import Robot
 from footfall.sequence.commands import RuleResult
 from footfall.sequence.passage import CLEAR, Passage, carried
 from footfall.sequence.sampled import balance_result, drag_result, samples, torque_result
-from footfall.sequence.settings import SequenceSettings
+from footfall.sequence.sequence_settings import SequenceSettings
 from footfall.terrain.dem import Dem
 
 Array = NDArray[np.float64]

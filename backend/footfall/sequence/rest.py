@@ -8,7 +8,7 @@ from numpy.typing import NDArray
 
 from footfall.sequence.commands import Sequence
 from footfall.sequence.foot_moves import Rows
-from footfall.sequence.settings import SequenceSettings
+from footfall.sequence.sequence_settings import SequenceSettings
 
 if TYPE_CHECKING:
     from footfall.robot.model import Robot

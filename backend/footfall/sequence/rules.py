@@ -38,7 +38,7 @@ from collections.abc import Iterator
 import numpy as np
 from numpy.typing import NDArray
 
-from footfall.balance.settings import GRAVITY
+from footfall.balance.balance_settings import GRAVITY
 from footfall.core.errors import InvalidSequence
 from footfall.core.frames import require_transform
 from footfall.robot.limits import room_to_limits
@@ -48,7 +48,7 @@ from footfall.sequence.commands import LEG_JOINTS, Command, RuleResult
 from footfall.sequence.motion import check_motion
 from footfall.sequence.passage import passages
 from footfall.sequence.predict import needed_duration, predict, target
-from footfall.sequence.settings import SequenceSettings
+from footfall.sequence.sequence_settings import SequenceSettings
 from footfall.sequence.yielding import Yielding
 from footfall.sequence.yielding_rules import check_yielding
 from footfall.telemetry.command_kinds import KINDS, UNKNOWN

@@ -9,7 +9,7 @@ from footfall.core.beside import beside
 from footfall.maps.standing import Contacts
 from footfall.robot.model import Robot
 from footfall.sequence.commands import RuleResult
-from footfall.sequence.settings import SequenceSettings
+from footfall.sequence.sequence_settings import SequenceSettings
 
 Array = NDArray[np.float64]
 

@@ -6,9 +6,9 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
+from footfall.balance.balance_settings import BalanceSettings
 from footfall.balance.moving_leg import centers_of_mass
 from footfall.balance.payload import loaded
-from footfall.balance.settings import BalanceSettings
 from footfall.core.frames import apply
 from footfall.maps.standing import standing
 from footfall.maps.support_outlines import OUTLINES, Support, support_of
@@ -19,7 +19,7 @@ from footfall.robot.kinematics import center_of_mass, wheel_centers
 from footfall.robot.model import Robot
 from footfall.sequence.commands import Sequence
 from footfall.sequence.sampled import DRAG
-from footfall.sequence.settings import SequenceSettings
+from footfall.sequence.sequence_settings import SequenceSettings
 from footfall.terrain.dem import Dem
 
 Array = NDArray[np.float64]

@@ -23,7 +23,7 @@ from footfall.robot.model import Robot
 from footfall.sequence.commands import AtRest, Command
 from footfall.sequence.motion import reach
 from footfall.sequence.predict import after, target
-from footfall.sequence.settings import SequenceSettings
+from footfall.sequence.sequence_settings import SequenceSettings
 from footfall.terrain.dem import Dem
 
 Array = NDArray[np.float64]

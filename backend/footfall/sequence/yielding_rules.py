@@ -43,7 +43,7 @@ from footfall.robot.tolerance import inside, within_in_words
 from footfall.sequence.commands import Command, RuleResult
 from footfall.sequence.predict import target
 from footfall.sequence.sampled import DRAG
-from footfall.sequence.settings import SequenceSettings
+from footfall.sequence.sequence_settings import SequenceSettings
 from footfall.sequence.yielding import Yielding, YieldingRow
 from footfall.telemetry.command_kinds import WAIT
 

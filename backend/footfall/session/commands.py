@@ -7,7 +7,7 @@ import time
 
 import numpy as np
 
-from footfall.balance.settings import BalanceSettings
+from footfall.balance.balance_settings import BalanceSettings
 from footfall.core.errors import CommandRefused
 from footfall.sequence.commands import Sequence
 from footfall.session.access.identity import LOCAL, Identity

@@ -7,7 +7,7 @@ from footfall.planning.choice.policy import GaitPolicy
 from footfall.planning.route.problem import RouteSettings
 from footfall.planning.walk.problem import WalkSettings
 from footfall.planning.walk_execution.decision import WayOnSettings
-from footfall.terrain.settings import TerrainSettings
+from footfall.terrain.terrain_settings import TerrainSettings
 
 
 @dataclass(frozen=True)

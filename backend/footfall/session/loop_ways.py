@@ -9,8 +9,8 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from footfall.planning.choice.actions import WALK as PLANNED
+from footfall.planning.choice.choice_settings import ChoiceSettings
 from footfall.planning.choice.onward import PLANNER, TABLE, require_chooser, way_of
-from footfall.planning.choice.settings import ChoiceSettings
 from footfall.planning.choice.state import Features
 from footfall.planning.gait.problem import WAVE
 from footfall.planning.walk.problem import WalkGoal, WalkResult, WalkSettings

@@ -9,7 +9,7 @@ from typing import TYPE_CHECKING
 import numpy as np
 from numpy.typing import NDArray
 
-from footfall.balance.settings import BalanceSettings
+from footfall.balance.balance_settings import BalanceSettings
 from footfall.core.errors import Conflict, NotFound
 from footfall.core.value import Value
 from footfall.maps.layers import MapSettings

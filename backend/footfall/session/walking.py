@@ -8,7 +8,7 @@ from numpy.typing import NDArray
 
 from footfall.balance.tether import Tether
 from footfall.core.errors import Conflict, InvalidInput, NotFound
-from footfall.planning.execution.settings import HELD, ExecutionSettings
+from footfall.planning.execution.execution_settings import HELD, ExecutionSettings
 from footfall.planning.gait.problem import GaitSettings
 from footfall.planning.walk.excerpt import end_of, parts_count, start_of
 from footfall.planning.walk.problem import WalkGoal, WalkPlan, WalkResult, WalkSettings, foot_moves_in_words

@@ -8,10 +8,10 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from footfall.planning.compliance.settings import ComplianceSettings
+from footfall.planning.compliance.compliance_settings import ComplianceSettings
 from footfall.planning.execution.problem import Execution, ExecutionResult
 from footfall.sequence.commands import Sequence
-from footfall.sequence.settings import SequenceSettings
+from footfall.sequence.sequence_settings import SequenceSettings
 from footfall.session.answers.commands import MeasuredAnswer, WheelAnswer
 from footfall.session.core import SessionCore
 from footfall.session.gate.checks import STALE_AFTER

@@ -8,10 +8,10 @@ from pathlib import Path
 from footfall.core.collector import leave_out_what_is_loaded, none_while_loading
 
 with none_while_loading():
-    from footfall.balance.settings import GRAVITY
+    from footfall.balance.balance_settings import GRAVITY
     from footfall.core.errors import FootFallError, InvalidInput
     from footfall.io.artifacts import decode
-    from footfall.sim.physics.settings import PhysicsSettings
+    from footfall.sim.physics.physics_settings import PhysicsSettings
     from footfall.sim.process import Start, run_rover
     from footfall.telemetry.state import RobotState
 

@@ -30,8 +30,8 @@ from footfall.planning.stance.stand import stand
 from footfall.robot.model import Robot
 from footfall.sim.door import door_options
 from footfall.sim.imager import Imager
+from footfall.sim.physics.physics_settings import PhysicsSettings
 from footfall.sim.physics.rover import PhysicalRover
-from footfall.sim.physics.settings import PhysicsSettings
 from footfall.sim.rover import SimulatedRover
 from footfall.telemetry.fields import parse_object
 from footfall.telemetry.link import (

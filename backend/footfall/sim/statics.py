@@ -3,9 +3,9 @@
 import numpy as np
 from numpy.typing import NDArray
 
+from footfall.balance.balance_settings import GRAVITY
 from footfall.balance.forces import distribute
 from footfall.balance.friction import FRICTION
-from footfall.balance.settings import GRAVITY
 from footfall.core.errors import InvalidInput
 from footfall.core.frames import apply
 from footfall.robot.description import JOINTS

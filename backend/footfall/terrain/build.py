@@ -36,7 +36,7 @@ from footfall.terrain.pairs import stereo
 from footfall.terrain.pairs.refine import off_plane
 from footfall.terrain.rover_mask.posture_fit import fit_posture
 from footfall.terrain.rover_mask.taken_out import APART, BESIDE, MAYBE, without_robot
-from footfall.terrain.settings import TerrainSettings
+from footfall.terrain.terrain_settings import TerrainSettings
 
 UNMODELLED = 0.002
 """Standard deviation of a height beyond what its images tell [m]: planes over windows, and triangles between pixels,

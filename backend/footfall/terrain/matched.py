@@ -15,7 +15,7 @@ from footfall.telemetry.images import ImagePair
 from footfall.terrain.pairs import stereo
 from footfall.terrain.pairs.epipolar import PairAlignment, align_pair, fits
 from footfall.terrain.pairs.rectify import require_simultaneous
-from footfall.terrain.settings import TerrainSettings
+from footfall.terrain.terrain_settings import TerrainSettings
 
 Exchange = Callable[[str], ImagePair]
 """From a pair's name to that pair rectified with its two images exchanged."""

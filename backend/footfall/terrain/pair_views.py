@@ -20,7 +20,7 @@ from footfall.terrain.pairs import stereo
 from footfall.terrain.rover_mask.posture_fit import fit_posture
 from footfall.terrain.rover_mask.selfmask import robot_depths
 from footfall.terrain.rover_mask.taken_out import MAYBE, without_robot
-from footfall.terrain.settings import TerrainSettings
+from footfall.terrain.terrain_settings import TerrainSettings
 
 FREE, RIM, ROBOT = 0, 1, 2
 """Classes of pixels: not the robot; may be it, by errors of its joint angles; it, as its joint angles have it."""

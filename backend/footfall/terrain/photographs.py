@@ -23,7 +23,7 @@ from footfall.terrain.dem import Dem
 from footfall.terrain.matched import Exchange, Matched, match_pairs
 from footfall.terrain.pairs.bundle_adjustment import refine
 from footfall.terrain.pairs.rectify import rectify
-from footfall.terrain.settings import TerrainSettings
+from footfall.terrain.terrain_settings import TerrainSettings
 
 
 def terrain_from_photographs(

@@ -4,7 +4,7 @@ from pydantic import ConfigDict
 
 from footfall.api.bodies.schemas import Name, Number
 from footfall.api.bodies.settings_models import Strictly, settings_model
-from footfall.planning.execution.settings import ExecutionSettings
+from footfall.planning.execution.execution_settings import ExecutionSettings
 
 ExecutionSettingsModel = settings_model(ExecutionSettings)
 

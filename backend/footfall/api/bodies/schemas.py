@@ -16,7 +16,7 @@ from footfall.planning.step.alternatives import KINDS
 from footfall.planning.step.problem import MOST_THROUGH, StepSettings
 from footfall.session.view import LEAST_OPACITY, LOOKS, PLAYS, TAPE_ENDS
 from footfall.terrain.fusion.clear import Area
-from footfall.terrain.settings import BlendSettings, TerrainSettings
+from footfall.terrain.terrain_settings import BlendSettings, TerrainSettings
 
 LONGEST_TEXT = 2000
 

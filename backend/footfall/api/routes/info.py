@@ -11,7 +11,7 @@ from footfall.api.door.limits import Limits, all_limits
 from footfall.api.routing import Routes
 from footfall.core.value import SOFTWARE_VERSION
 from footfall.io.exports import MEDIA, SUFFIXES, TITLES
-from footfall.planning.execution.settings import MODES, ExecutionSettings
+from footfall.planning.execution.execution_settings import MODES, ExecutionSettings
 
 router = Routes(tags=["info"])
 

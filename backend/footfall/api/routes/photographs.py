@@ -23,7 +23,7 @@ from footfall.session.pixels import HeldPixels
 from footfall.session.reading import Read
 from footfall.telemetry.photographs import Photographs
 from footfall.telemetry.state import RobotState
-from footfall.terrain.settings import TerrainSettings
+from footfall.terrain.terrain_settings import TerrainSettings
 
 router = Routes(tags=["images"])
 

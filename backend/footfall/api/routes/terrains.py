@@ -39,7 +39,7 @@ from footfall.session.live import LiveSession
 from footfall.session.reading import Read
 from footfall.terrain.dem import Dem
 from footfall.terrain.fusion.age import BANDS, age_shares
-from footfall.terrain.settings import BlendSettings, TerrainSettings
+from footfall.terrain.terrain_settings import BlendSettings, TerrainSettings
 
 router = Routes(tags=["terrains"])
 

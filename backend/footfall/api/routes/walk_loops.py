@@ -15,7 +15,7 @@ from footfall.planning.walk.problem import WalkGoal, WalkSettings
 from footfall.planning.walk_execution.decision import WayOnSettings
 from footfall.session.live import LiveSession
 from footfall.session.loop_settings import LoopSettings
-from footfall.terrain.settings import TerrainSettings
+from footfall.terrain.terrain_settings import TerrainSettings
 
 router = Routes(tags=["run"])
 

@@ -18,7 +18,7 @@ from footfall.sequence.commands import RuleResult, Sequence
 from footfall.sequence.of_legged import legged_sequence
 from footfall.sequence.passage import passages, poses, postures
 from footfall.sequence.rules import TERRAIN_GIVEN, check_rules
-from footfall.sequence.settings import COARSEST, SequenceSettings
+from footfall.sequence.sequence_settings import COARSEST, SequenceSettings
 from footfall.telemetry.state import RobotState
 from footfall.terrain.dem import Dem
 

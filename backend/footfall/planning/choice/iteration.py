@@ -9,9 +9,9 @@ from numpy.typing import NDArray
 from footfall.balance.support import support_polygon
 from footfall.core.polygon import area
 from footfall.planning.choice.actions import WALK
+from footfall.planning.choice.choice_settings import ChoiceSettings
 from footfall.planning.choice.reward import Came
 from footfall.planning.choice.seconds import seconds_of
-from footfall.planning.choice.settings import ChoiceSettings
 from footfall.planning.gait.plan import plan_gait
 from footfall.planning.gait.problem import GaitPlan
 from footfall.planning.stance.after import state_after

@@ -8,8 +8,8 @@ from numpy.typing import NDArray
 from footfall.core.errors import InvalidInput
 from footfall.core.value import Provenance, Value, value
 from footfall.planning.choice.actions import ACTIONS, WALK
+from footfall.planning.choice.choice_settings import ChoiceSettings
 from footfall.planning.choice.mdp import SeenTransition, estimated, value_iteration
-from footfall.planning.choice.settings import ChoiceSettings
 from footfall.planning.choice.state import Features
 
 VERSION = 1

@@ -1,6 +1,6 @@
 """How long the motion of a plan takes, which is what ways of walking cost."""
 
-from footfall.planning.choice.settings import ChoiceSettings
+from footfall.planning.choice.choice_settings import ChoiceSettings
 from footfall.planning.execution.pace import durations
 from footfall.planning.gait.problem import GaitPlan
 from footfall.planning.walk.problem import WalkPlan

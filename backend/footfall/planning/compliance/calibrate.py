@@ -6,7 +6,7 @@ import numpy as np
 from numpy.typing import ArrayLike
 
 from footfall.core.errors import InvalidInput
-from footfall.planning.compliance.settings import ComplianceSettings
+from footfall.planning.compliance.compliance_settings import ComplianceSettings
 
 LEAST_DEFLECTION = 0.005
 """Joints must have been predicted to yield by so much together before they tell of stiffness [rad]."""

@@ -19,8 +19,8 @@ from footfall.core.errors import InvalidInput
 from footfall.core.frames import require_transform, transform
 from footfall.maps.standing import STANDING_GAP, contacts
 from footfall.planning.compliance.ball_contact import ball_contacts
+from footfall.planning.compliance.compliance_settings import ComplianceSettings
 from footfall.planning.compliance.equilibrium_kernel import BALANCED, Body, Pose, settle
-from footfall.planning.compliance.settings import ComplianceSettings
 from footfall.robot.kinematics import leg_wheel_pose
 from footfall.robot.leg_frames import leg_lengths
 from footfall.robot.model import Robot

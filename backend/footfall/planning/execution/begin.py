@@ -10,7 +10,7 @@ from footfall.core.errors import InvalidInput
 from footfall.core.value import Provenance
 from footfall.planning.compliance.compliant_rover import CompliantRover, RestingRover
 from footfall.planning.compliance.from_telemetry import measured
-from footfall.planning.execution.settings import ExecutionSettings
+from footfall.planning.execution.execution_settings import ExecutionSettings
 from footfall.planning.stance.body_move import No, stance_of
 from footfall.planning.stance.move import BodyMovePlan
 from footfall.planning.stance.whole_body import WholeBody

@@ -10,11 +10,11 @@ from footfall.core.value import Provenance
 from footfall.planning.compliance.compliant_rover import RestingRover
 from footfall.planning.execution.begin import Beginning, asked_of, beginning, moved
 from footfall.planning.execution.body_course import BodyCourse
+from footfall.planning.execution.execution_settings import ExecutionSettings
 from footfall.planning.execution.forces import borne
 from footfall.planning.execution.pace import durations, pauses
 from footfall.planning.execution.prediction_checks import body_checks_of, judged
 from footfall.planning.execution.problem import BODY, BodyExecution, BodyExecutionResult
-from footfall.planning.execution.settings import ExecutionSettings
 from footfall.planning.execution.walker import Lost
 from footfall.planning.stance.body_move import No
 from footfall.planning.stance.move import BodyMovePlan

@@ -10,9 +10,9 @@ from footfall.core.frames import apply
 from footfall.core.progress import Progress
 from footfall.planning.compliance.compliant_rover import CompliantRover, RestingRover
 from footfall.planning.compliance.predict import advanced
+from footfall.planning.execution.execution_settings import ExecutionSettings
 from footfall.planning.execution.forces import Holder
 from footfall.planning.execution.leg_moves import strained, with_hub_at
-from footfall.planning.execution.settings import ExecutionSettings
 from footfall.planning.execution.walker import ROW, Lost, Walker
 from footfall.planning.step.problem import StepPlan
 from footfall.robot.kinematics import wheel_centers

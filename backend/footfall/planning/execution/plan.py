@@ -11,18 +11,18 @@ from numpy.typing import ArrayLike, NDArray
 
 from footfall.core.progress import Progress, no_progress, part
 from footfall.core.value import Provenance
+from footfall.planning.compliance.compliance_settings import WIDEST, ComplianceSettings
 from footfall.planning.compliance.compliant_rover import CompliantRover, RestingRover
 from footfall.planning.compliance.from_telemetry import measured
 from footfall.planning.compliance.predict import predict
-from footfall.planning.compliance.settings import WIDEST, ComplianceSettings
 from footfall.planning.execution.begin import REACH_OUT, Beginning, asked_of, beginning, moved
 from footfall.planning.execution.course import COMMANDERS, FALL, Course
+from footfall.planning.execution.execution_settings import ExecutionSettings
 from footfall.planning.execution.forces import borne
 from footfall.planning.execution.pace import GENTLE, durations, pauses
 from footfall.planning.execution.prediction_checks import checks_of, judged
 from footfall.planning.execution.problem import Execution, ExecutionResult
 from footfall.planning.execution.rim import rim_clearance
-from footfall.planning.execution.settings import ExecutionSettings
 from footfall.planning.execution.walker import Lost
 from footfall.planning.stance.body_move import No
 from footfall.planning.step.plan import plan_step

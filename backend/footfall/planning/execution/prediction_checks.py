@@ -10,8 +10,8 @@ from footfall.balance.support import margins
 from footfall.core.frames import apply
 from footfall.planning.compliance.ball_contact import second_gaps
 from footfall.planning.compliance.compliant_rover import RestingRover
+from footfall.planning.execution.execution_settings import ExecutionSettings
 from footfall.planning.execution.problem import BodyExecution, Execution, Predicted, ends_of
-from footfall.planning.execution.settings import ExecutionSettings
 from footfall.planning.stance.move_checks import LOCKED, Path, coms_of, dense
 from footfall.planning.stance.whole_body import NearestGap, WholeBody
 from footfall.planning.step.problem import Check, Status

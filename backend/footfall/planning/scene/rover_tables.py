@@ -5,8 +5,8 @@ from functools import lru_cache
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
+from footfall.balance.balance_settings import BalanceSettings
 from footfall.balance.payload import carried, loaded
-from footfall.balance.settings import BalanceSettings
 from footfall.core.bounds import require_distances
 from footfall.core.grid import GridGeometry
 from footfall.planning.scene.rover_kernel import BEYOND, BODIES, CHASSIS, CLEAR, PAYLOAD, TERRAIN, RoverTables

@@ -7,8 +7,8 @@ from dataclasses import dataclass
 
 import numpy as np
 
+from footfall.balance.balance_settings import BalanceSettings
 from footfall.balance.moving_leg import moment_without
-from footfall.balance.settings import BalanceSettings
 from footfall.balance.support import half_planes
 from footfall.balance.torque_candidates import StandingLegs
 from footfall.maps.standing import Contacts, contacts

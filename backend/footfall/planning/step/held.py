@@ -8,9 +8,9 @@ from collections.abc import Iterable
 
 import numpy as np
 
+from footfall.balance.balance_settings import BalanceSettings
 from footfall.balance.forces import distribute
 from footfall.balance.region import equilibrium_region, region_margin
-from footfall.balance.settings import BalanceSettings
 from footfall.balance.torques import TorqueCheck, torque_check
 from footfall.core.beside import beside
 from footfall.core.frames import apply

@@ -6,7 +6,7 @@ from dataclasses import dataclass, replace
 import numpy as np
 from numpy.typing import NDArray
 
-from footfall.balance.settings import BalanceSettings
+from footfall.balance.balance_settings import BalanceSettings
 from footfall.balance.tether import Tether
 from footfall.planning.walk.footfalls import Footfalls
 from footfall.planning.walk.legs_kernel import pose_of

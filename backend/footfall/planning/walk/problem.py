@@ -11,8 +11,8 @@ from dataclasses import field
 import numpy as np
 from numpy.typing import NDArray
 
+from footfall.balance.balance_settings import BalanceSettings
 from footfall.balance.friction import FRICTION
-from footfall.balance.settings import BalanceSettings
 from footfall.balance.tether import Tether
 from footfall.core.bounds import require_above_zero, require_not_negative
 from footfall.core.errors import InvalidInput

@@ -3,8 +3,8 @@
 import numpy as np
 from numpy.typing import NDArray
 
+from footfall.balance.balance_settings import BalanceSettings
 from footfall.balance.forces import distribute
-from footfall.balance.settings import BalanceSettings
 from footfall.balance.tether import Tether
 from footfall.balance.torques import holding_torques, torque_check
 from footfall.core.errors import InvalidInput

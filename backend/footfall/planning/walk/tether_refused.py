@@ -5,7 +5,7 @@ from dataclasses import replace
 import numpy as np
 from numpy.typing import NDArray
 
-from footfall.balance.settings import BalanceSettings
+from footfall.balance.balance_settings import BalanceSettings
 from footfall.balance.tether import SHORTEST, Tether
 from footfall.balance.torques import torque_check
 from footfall.core.beside import roughly

@@ -5,7 +5,7 @@ from dataclasses import dataclass
 from numpy.typing import ArrayLike
 
 from footfall.core.progress import Progress, no_progress, part
-from footfall.planning.execution.settings import ExecutionSettings
+from footfall.planning.execution.execution_settings import ExecutionSettings
 from footfall.planning.step.problem import Status
 from footfall.planning.walk.plan import plan_walk
 from footfall.planning.walk.problem import WalkPlan, WalkSettings

@@ -2,7 +2,7 @@
 
 from dataclasses import replace
 
-from footfall.planning.execution.settings import ExecutionSettings
+from footfall.planning.execution.execution_settings import ExecutionSettings
 from footfall.planning.walk.problem import WalkPlan, WalkSettings
 
 

@@ -11,9 +11,9 @@ from footfall.core.value import Provenance
 from footfall.planning.compliance.compliant_rover import RestingRover
 from footfall.planning.execution.begin import REACH_OUT, Beginning, beginning, require_fit
 from footfall.planning.execution.body_plan import BodyExecuted, body_executed
+from footfall.planning.execution.execution_settings import HELD, ExecutionSettings
 from footfall.planning.execution.plan import Executed, executed
 from footfall.planning.execution.problem import BodyExecution, Execution
-from footfall.planning.execution.settings import HELD, ExecutionSettings
 from footfall.planning.stance.body_move import No
 from footfall.planning.stance.move import BodyMovePlan
 from footfall.planning.step.problem import Check, Status, StepPlan

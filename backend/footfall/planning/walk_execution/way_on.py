@@ -3,8 +3,8 @@
 import numpy as np
 from numpy.typing import NDArray
 
+from footfall.balance.balance_settings import BalanceSettings
 from footfall.balance.payload import loaded
-from footfall.balance.settings import BalanceSettings
 from footfall.balance.support import margin
 from footfall.core.frames import apply, heading
 from footfall.maps.standing import contacts

@@ -9,7 +9,7 @@ from footfall.balance.tether import Tether
 from footfall.core.errors import InvalidInput
 from footfall.core.value import LATER, Value, before, value
 from footfall.maps.layers import MapSettings
-from footfall.planning.execution.settings import ExecutionSettings
+from footfall.planning.execution.execution_settings import ExecutionSettings
 from footfall.planning.gait.problem import WAVE, GaitSettings
 from footfall.planning.route.problem import RouteSettings
 from footfall.planning.stance.body_shift import BodyShift

@@ -7,8 +7,8 @@ import numpy as np
 from numpy.typing import NDArray
 
 from footfall.core.errors import Conflict, InvalidInput, NotFound
+from footfall.planning.execution.execution_settings import MODES, ExecutionSettings
 from footfall.planning.execution.problem import BodyExecutionResult, ExecutionResult
-from footfall.planning.execution.settings import MODES, ExecutionSettings
 from footfall.planning.step.problem import Status
 from footfall.sequence.commands import Sequence
 from footfall.session.answers.plans import WayMode, WayOfCommands

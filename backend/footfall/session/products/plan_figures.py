@@ -11,7 +11,7 @@ from footfall.planning.step.problem import PlanResult, StepPlan, StepSettings
 from footfall.planning.step.solids import part_poses
 from footfall.robot.model import Robot
 from footfall.sequence.predict import needed_duration
-from footfall.sequence.settings import SequenceSettings
+from footfall.sequence.sequence_settings import SequenceSettings
 from footfall.session.answers.plans import PlanFigures
 
 PARTS = 8

@@ -11,7 +11,7 @@ from footfall.session.value_store import ValueStore
 from footfall.telemetry.state import RobotState
 from footfall.terrain.dem import Dem
 from footfall.terrain.fusion.on_map import Looks
-from footfall.terrain.settings import TerrainSettings
+from footfall.terrain.terrain_settings import TerrainSettings
 
 
 def map_below(state: SessionState, snapshot: str, settings: TerrainSettings, value_store: ValueStore) -> str | None:

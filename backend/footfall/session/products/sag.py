@@ -9,9 +9,9 @@ from numpy.typing import NDArray
 
 from footfall.core.errors import Conflict
 from footfall.planning.compliance.calibrate import calibrated, sag_ratio
-from footfall.planning.compliance.settings import ComplianceSettings
+from footfall.planning.compliance.compliance_settings import ComplianceSettings
 from footfall.sequence.commands import Sequence
-from footfall.sequence.settings import SequenceSettings
+from footfall.sequence.sequence_settings import SequenceSettings
 from footfall.telemetry.command_kinds import WAIT
 
 

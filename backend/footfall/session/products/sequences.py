@@ -4,7 +4,7 @@ import numpy as np
 
 from footfall.core.errors import Conflict, InvalidInput, NotFound
 from footfall.core.value import Value
-from footfall.planning.execution.settings import ExecutionSettings
+from footfall.planning.execution.execution_settings import ExecutionSettings
 from footfall.sequence.commands import Sequence
 from footfall.session.core import SessionCore, present
 from footfall.session.jobs.requests import ExportRequest, ImportRequest

@@ -9,7 +9,7 @@ from footfall.telemetry.images import Snapshot
 from footfall.telemetry.photographs import Photographs
 from footfall.terrain.dem import Dem
 from footfall.terrain.fusion.clear import Area
-from footfall.terrain.settings import BlendSettings, TerrainSettings
+from footfall.terrain.terrain_settings import BlendSettings, TerrainSettings
 
 SHORT_JOB = 120.0
 """How long short work, such as clearing or making and editing a sequence, is waited for [s]."""

@@ -12,7 +12,7 @@ import numpy as np
 from numpy.typing import NDArray
 from scipy.spatial import ConvexHull, QhullError
 
-from footfall.balance.settings import GRAVITY
+from footfall.balance.balance_settings import GRAVITY
 from footfall.core.errors import InvalidRobot
 from footfall.core.frames import quat_wxyz
 from footfall.planning.legged.at_ease import at_ease
@@ -20,7 +20,7 @@ from footfall.planning.legged.over_ground import NEAR_SOLE
 from footfall.robot.legged.judge_tree import inertia_fault, joined_inertia
 from footfall.robot.legged.legged_robot import LeggedRobot
 from footfall.sim.physics.model import add_ground, set_inertial, set_options, whole_ground
-from footfall.sim.physics.settings import PhysicsSettings
+from footfall.sim.physics.physics_settings import PhysicsSettings
 from footfall.terrain.dem import Dem
 
 Array = NDArray[np.float64]

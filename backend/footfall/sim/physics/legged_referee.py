@@ -17,8 +17,8 @@ from footfall.sequence.legged_passage import asked_for
 from footfall.sim.physics.contacts import Touches, crossed, touches
 from footfall.sim.physics.legged_model import TICK, build_legged
 from footfall.sim.physics.legged_verdict import LeggedLimits, LeggedReport, legged_failures
+from footfall.sim.physics.physics_settings import PhysicsSettings
 from footfall.sim.physics.referee import IN_AIR
-from footfall.sim.physics.settings import PhysicsSettings
 from footfall.terrain.dem import Dem
 
 Array = NDArray[np.float64]

@@ -2,7 +2,7 @@
 
 from collections import deque
 
-from footfall.sim.physics.settings import TIME_STEP
+from footfall.sim.physics.physics_settings import TIME_STEP
 
 AVERAGED = 0.1
 """Forces are averaged over this long, against noise and the swing of the leg [s]."""

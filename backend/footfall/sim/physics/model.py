@@ -24,7 +24,7 @@ from footfall.robot.bvh import PAYLOAD
 from footfall.robot.description import JOINTS, PARTS, Payload, link_name
 from footfall.robot.model import Robot
 from footfall.robot.shapes import box
-from footfall.sim.physics.settings import (
+from footfall.sim.physics.physics_settings import (
     ARMATURE,
     DAMPING_TIME,
     RIM_DAMPING,

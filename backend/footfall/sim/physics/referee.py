@@ -12,9 +12,9 @@ from footfall.core.progress import Progress, no_progress
 from footfall.robot.model import Robot
 from footfall.sequence.commands import Sequence
 from footfall.sequence.feet import feet
+from footfall.sim.physics.physics_settings import TIME_STEP
 from footfall.sim.physics.rover import PhysicalRover
 from footfall.sim.physics.run_observer import RunObserver
-from footfall.sim.physics.settings import TIME_STEP
 from footfall.sim.physics.verdict import RefereeReport, RefereeSettings, failures
 from footfall.telemetry.command_kinds import WAIT
 from footfall.telemetry.link import AckMessage, CommandMessage

@@ -17,7 +17,7 @@ from footfall.sim.orders import OrderedRover, ramp
 from footfall.sim.physics.contacts import Touches, chassis_on_ground, crossed, on_wheels, touches
 from footfall.sim.physics.lowering import TouchSense
 from footfall.sim.physics.model import build_model
-from footfall.sim.physics.settings import TIME_STEP, PhysicsSettings
+from footfall.sim.physics.physics_settings import TIME_STEP, PhysicsSettings
 from footfall.sim.physics.settle import settle
 from footfall.telemetry.link import AckMessage, CommandMessage
 from footfall.telemetry.state import RobotState, TelemetryFrame

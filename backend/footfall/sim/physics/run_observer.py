@@ -8,8 +8,8 @@ from numpy.typing import NDArray
 from footfall.core.frames import apply
 from footfall.robot.kinematics import leg_link_poses
 from footfall.sim.physics.contacts import Touches, crossed, on_wheels
+from footfall.sim.physics.physics_settings import TIME_STEP
 from footfall.sim.physics.rover import PhysicalRover
-from footfall.sim.physics.settings import TIME_STEP
 from footfall.sim.physics.verdict import UnplannedContact, WheelEvent
 from footfall.terrain.ground.surface import height_at
 

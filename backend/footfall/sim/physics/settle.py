@@ -16,7 +16,7 @@ from footfall.core.frames import apply, quat_wxyz, rotation_from_quat_wxyz, tran
 from footfall.robot.kinematics import gravity_torques, wheel_centers
 from footfall.robot.model import Robot
 from footfall.sim.physics.model import PhysicsModel
-from footfall.sim.physics.settings import TIME_STEP, PhysicsSettings
+from footfall.sim.physics.physics_settings import TIME_STEP, PhysicsSettings
 from footfall.sim.statics import contact_jacobian
 from footfall.terrain.ground.surface import height_at
 

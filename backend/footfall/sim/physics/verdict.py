@@ -7,7 +7,7 @@ from numpy.typing import NDArray
 
 from footfall.core.bounds import require_above_zero, require_not_negative
 from footfall.core.value import Value, value
-from footfall.sim.physics.settings import PhysicsSettings
+from footfall.sim.physics.physics_settings import PhysicsSettings
 
 
 @value

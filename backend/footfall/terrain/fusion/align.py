@@ -16,7 +16,7 @@ from footfall.core import frames
 from footfall.core.errors import InvalidImages
 from footfall.core.value import Value, value
 from footfall.terrain.dem import Dem
-from footfall.terrain.settings import TerrainSettings
+from footfall.terrain.terrain_settings import TerrainSettings
 
 Array = NDArray[np.float64]
 

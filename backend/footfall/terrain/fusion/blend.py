@@ -10,7 +10,7 @@ from footfall.core.value import Provenance
 from footfall.terrain.dem import Dem
 from footfall.terrain.fusion import lattice
 from footfall.terrain.ground.surface import height_at
-from footfall.terrain.settings import BlendSettings
+from footfall.terrain.terrain_settings import BlendSettings
 
 
 def blend(local: Dem, external: Dem, settings: BlendSettings | None = None) -> Dem:

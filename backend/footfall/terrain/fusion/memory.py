@@ -19,7 +19,7 @@ from footfall.terrain.dem import Dem
 from footfall.terrain.fusion import lattice
 from footfall.terrain.fusion.count_known import count_known_around
 from footfall.terrain.fusion.visibility import DepthView, seen_through
-from footfall.terrain.settings import TerrainSettings
+from footfall.terrain.terrain_settings import TerrainSettings
 
 DEVIATIONS = 3.0
 """Two heights of a cell that differ by more than this many standard deviations of their difference disagree."""

@@ -13,7 +13,7 @@ from numpy.typing import NDArray
 from footfall.core.frames import apply, inverse, pose_difference, turn_of
 from footfall.telemetry.state import RobotState
 from footfall.terrain.dem import Dem
-from footfall.terrain.settings import TerrainSettings
+from footfall.terrain.terrain_settings import TerrainSettings
 
 Array = NDArray[np.float64]
 

@@ -20,7 +20,7 @@ from footfall.core.errors import InvalidImages, InvalidInput
 from footfall.core.frames import inverse, require_transform, transform
 from footfall.telemetry.calibration import CameraModel, PairCalibration
 from footfall.telemetry.images import Camera, ImagePair
-from footfall.terrain.settings import COMMON, MAX_SKEW, WHOLE
+from footfall.terrain.terrain_settings import COMMON, MAX_SKEW, WHOLE
 
 FOCAL_RANGE = (0.2, 5.0)
 """A rectified focal length outside these shares of the lens's own means that the models can't be right."""

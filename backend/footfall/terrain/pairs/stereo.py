@@ -16,7 +16,7 @@ from footfall.core.errors import InvalidImages
 from footfall.telemetry.images import ImagePair
 from footfall.terrain.pairs.edge_on import incidence
 from footfall.terrain.pairs.refine import Refined, refined
-from footfall.terrain.settings import TerrainSettings
+from footfall.terrain.terrain_settings import TerrainSettings
 
 DARKEST, BRIGHTEST = 5.0, 251.0
 """Patches whose mean grey lies outside hold noise or saturation, no ground."""

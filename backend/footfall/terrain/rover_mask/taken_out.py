@@ -11,7 +11,7 @@ from footfall.telemetry.state import RobotState
 from footfall.terrain.pairs import stereo
 from footfall.terrain.rover_mask.leg_errors import LegError
 from footfall.terrain.rover_mask.selfmask import beside, near_rims, robot_depths
-from footfall.terrain.settings import TerrainSettings
+from footfall.terrain.terrain_settings import TerrainSettings
 
 SMEARED = 4
 """Beside its mask the robot may be found so far still, at its own depth [px]: matching smears it over."""

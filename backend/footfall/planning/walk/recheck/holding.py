@@ -14,7 +14,7 @@ from numpy.typing import NDArray
 from scipy.optimize import linprog
 from scipy.spatial import ConvexHull, QhullError
 
-from footfall.balance.settings import GRAVITY
+from footfall.balance.balance_settings import GRAVITY
 from footfall.balance.tether import Tether
 from footfall.core.errors import FootFallError
 from footfall.planning.step.problem import Check

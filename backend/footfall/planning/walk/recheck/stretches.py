@@ -12,7 +12,7 @@ from scipy.spatial.transform import Rotation, Slerp
 
 from footfall.planning.walk.problem import BODY, part_name
 from footfall.planning.walk.recheck.motion import Motion
-from footfall.planning.walk.recheck.settings import RecheckSettings
+from footfall.planning.walk.recheck.recheck_settings import RecheckSettings
 from footfall.robot.description import PARTS, link_name
 from footfall.robot.model import Robot
 

@@ -17,7 +17,7 @@ from footfall.planning.walk.recheck.clearances import ClearanceCheck
 from footfall.planning.walk.recheck.feet import Branches, ContactCheck, limits
 from footfall.planning.walk.recheck.holding import HoldingCheck, turned
 from footfall.planning.walk.recheck.motion import Motion
-from footfall.planning.walk.recheck.settings import RecheckSettings
+from footfall.planning.walk.recheck.recheck_settings import RecheckSettings
 from footfall.planning.walk.recheck.stretches import stretches
 from footfall.planning.walk.recheck.tethering import Tethering
 from footfall.robot.description import with_payload

@@ -2,7 +2,7 @@
 
 from dataclasses import field
 
-from footfall.balance.settings import BalanceSettings
+from footfall.balance.balance_settings import BalanceSettings
 from footfall.core.errors import InvalidInput
 from footfall.core.value import Value, value
 

@@ -7,7 +7,7 @@ import numpy as np
 
 from footfall.core.errors import InvalidInput
 from footfall.core.value import Value, value
-from footfall.planning.compliance.settings import ComplianceSettings
+from footfall.planning.compliance.compliance_settings import ComplianceSettings
 
 MODES: Mapping[str, tuple[str, str]] = {
     "pose_held": (

@@ -2,8 +2,8 @@
 
 import numpy as np
 
+from footfall.balance.balance_settings import GRAVITY
 from footfall.balance.friction import FRICTION
-from footfall.balance.settings import GRAVITY
 from footfall.core.bounds import require_above_zero
 from footfall.core.errors import InvalidInput
 from footfall.core.value import Value, value

@@ -5,12 +5,12 @@ from dataclasses import field
 import numpy as np
 from numpy.typing import NDArray
 
+from footfall.balance.balance_settings import BalanceSettings
 from footfall.balance.friction import FRICTION
-from footfall.balance.settings import BalanceSettings
 from footfall.core.bounds import require_above_zero, require_not_negative
 from footfall.core.errors import InvalidSequence
 from footfall.core.value import LATER, Value, value
-from footfall.planning.compliance.settings import ComplianceSettings
+from footfall.planning.compliance.compliance_settings import ComplianceSettings
 
 FINEST, COARSEST = 1e-4, 0.02
 """Coarser samples would let a leg pass through a rock between two of them: a wheel moves 2 m for each radian."""
