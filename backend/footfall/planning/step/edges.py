@@ -15,13 +15,13 @@ Array = NDArray[np.float64]
 
 
 def largest_change(a: Array, b: Array) -> float:
-    """Maximum norm of b − a [rad]."""
+    """Maximum norm of b − a [rad], (d,) each."""
     return float(np.abs(b - a).max())
 
 
 @lru_cache(maxsize=32)
 def bisection_order(levels: int) -> Array:
-    """Fractions of an edge, middle first, then the quarters, …: a blocked edge is mostly found early."""
+    """Fractions of an edge (2^levels − 1,), middle first, then the quarters: blocked edges are mostly found early."""
     order = np.array([i / 2**level for level in range(1, levels + 1) for i in range(1, 2**level, 2)])
     order.flags.writeable = False
     return order
@@ -58,7 +58,7 @@ class Space:
         self._free, self._first_unsure, self._edges_sure = free, first_unsure, edges_sure
 
     def is_free(self, q: Array) -> bool:
-        """Whether q is inside the limits and passes the test."""
+        """Whether q (d,) is inside the limits and passes the test."""
         self.tick()
         if (q < self.lower).any() or (q > self.upper).any():
             return False
@@ -66,11 +66,11 @@ class Space:
         return self._free(q)
 
     def is_sure(self, q: Array) -> bool:
-        """Whether q is surely inside the limits and free."""
+        """Whether q (d,) is surely inside the limits and free."""
         return self._first_unsure(q[None]) == 1
 
     def edge_is_free(self, a: Array, b: Array) -> bool:
-        """Whether everything between a and b is free at ε; the two ends are not tested again."""
+        """Whether everything between a and b (d,) is free at ε; the two ends are not tested again."""
         self.tick()
         if self._edges_sure(np.array([a, b])):
             return True
@@ -90,7 +90,7 @@ class Space:
         return self._first_not_free(every) == len(every)
 
     def first_blocked(self, a: Array, b: Array) -> float | None:
-        """Fraction of the way from a to b where the first blocked configuration is met, or None."""
+        """Fraction 0…1 of the way from a to b (d,) where the first blocked configuration is met, or None."""
         # the very configurations that edge_is_free looks at, in the order of the way, and the ends
         parts = 2 ** levels_for(largest_change(a, b), self.epsilon)
         at = np.arange(parts + 1) / parts
@@ -113,7 +113,10 @@ class Space:
 
 
 def samples(a: Array, b: Array, step: float) -> Iterator[tuple[float, Array]]:
-    """Evenly spaced configurations from a to b, both included, no joint changing by more than ``step``."""
+    """Evenly spaced configurations from a to b (d,), both included, no joint changing by more than ``step`` [rad].
+
+    Of each: the fraction 0…1 of the way, and the configuration (d,).
+    """
     count = max(1, int(np.ceil(largest_change(a, b) / step)))
     for i in range(count + 1):
         yield i / count, a + (i / count) * (b - a)

@@ -78,7 +78,10 @@ def searched(
     radius: float,
     milestones: int,
 ) -> Trees | None:
-    """The trees of a start and a goal, both sure, once they are joined; None where they could not be."""
+    """The trees of a start and a goal (6,), both sure, once they are joined; None where they could not be.
+
+    radius: of a step of the trees, at most [rad]. milestones: configurations that they have room for.
+    """
     trees = planted(start, goal, milestones)
     outcome = GROWING
     while outcome == GROWING:
@@ -90,7 +93,7 @@ def searched(
 
 
 def escaped(space: Space, q: Array, rng: np.random.Generator) -> Array | None:
-    """q itself where it is sure; else a sure posture beside it that a free edge joins to it, or None."""
+    """q (6,) itself where it is sure; else a sure posture beside it that a free edge joins to it, or None."""
     if space.is_sure(q):
         return q
     for reach in _ESCAPES:

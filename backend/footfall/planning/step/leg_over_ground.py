@@ -43,7 +43,7 @@ class LegOverGround:
         self._shells = with_ground(links), with_ground([*links[:-1], sunk])
 
     def collision(self, qs: Array, raise_terrain: float, touching: bool, more: float = 0.0) -> tuple[int, str] | None:
-        """The first of n postures in which a link is too close to the ground raised by so much [m], and which.
+        """The first of n postures (n, 6) in which a link is too close to the ground raised by so much [m], and which.
 
         touching: the wheel may touch the ground, and be in it by what it can sink. more: asked beyond every δ [m].
         """
@@ -63,8 +63,9 @@ class LegOverGround:
         return None
 
     def gap(self, qs: Array, raise_terrain: float, touching: bool, below: float = np.inf) -> tuple[int, Gap]:
-        """The least spare distance of a link to the ground, exact under ``below``; the touching wheel is left out.
+        """The least spare distance of a link to the ground [m], exact under ``below``; the touching wheel is left out.
 
+        qs: (n, 6). With it comes the number of the posture that has it.
         Exact to ``TOLERANCE``: a link's point over the ground is a distance that exists, and only what is not proven
         to be farther than the least known is measured.
         """
@@ -156,7 +157,10 @@ class LegOverGround:
 
 
 def with_ground(links: list[Mesh]) -> tuple[Array, Array]:
-    """Shells of links, and two more that stand for a box and a triangle of ground in turn."""
+    """Shells of links, and two more that stand for a box and a triangle of ground in turn.
+
+    The table (links + 2, columns) and the points (n, 3) of :func:`~footfall.robot.shells.point_shells`.
+    """
     table, points = point_shells(links)
     more = np.zeros((2, table.shape[1]))
     more[:, FIRST] = len(points), len(points) + 1

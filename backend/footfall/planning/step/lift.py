@@ -27,7 +27,7 @@ _FIRST_PARTS, _MOST_PARTS = 8, 64
 
 
 def branch_of(robot: Robot, leg: int, q: Array) -> int:
-    """Id of the branch that a leg posture belongs to."""
+    """Id of the branch that a leg posture q (6,) belongs to."""
     return nearest_branch(solve_leg(robot, leg, leg_wheel_pose(robot, q, leg)[None]).q[0], np.asarray(q, float))
 
 

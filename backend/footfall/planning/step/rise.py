@@ -27,7 +27,7 @@ def rises(situation: Situation, watch: Watch, up: Array) -> bool:
 
 
 def blocked_rise(situation: Situation, watch: Watch, up: Array) -> str:
-    """What forbids a vertical move that does not pass, with its height."""
+    """What forbids a vertical move (n, 6) that does not pass, with its height."""
     space = space_of(situation, watch, TRUE)
     height = situation.settings.lift / (len(up) - 1)
     for i, q in enumerate(up):

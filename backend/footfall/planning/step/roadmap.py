@@ -49,7 +49,7 @@ class Roadmap:
         return index
 
     def add(self, q: Array, parent: int) -> int:
-        """Install q as a child of ``parent``, the segment between them unchecked; returns its index."""
+        """Install q (d,) as a child of ``parent``, the segment between them unchecked; returns its index."""
         index = self._append(q, int(self.side[parent]), parent)
         self.join(parent, index)
         if self.count % REPICK == 0:

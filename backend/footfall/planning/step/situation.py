@@ -50,7 +50,7 @@ class Situation:
         self.mesh_queries = 0
 
     def for_swing(self, start: Array, goal: Array) -> "Situation":
-        """The same tests, with the compiled check that the settings ask for between two postures (``steep_ground``)."""
+        """The same tests, with the compiled check that ``steep_ground`` asks for between two postures (6,)."""
         ends = np.array([start, goal])
         if self.settings.steep_ground is not None or self.first_unsure(ends, RAISED) == len(ends):
             return self
@@ -71,11 +71,11 @@ class Situation:
         return self.stance.posture(q)
 
     def wheel(self, q: Array) -> Array:
-        """T_base_wheel of this leg at q."""
+        """T_base_wheel (4, 4) of this leg at q (6,)."""
         return leg_wheel_pose(self.robot, q, self.leg)
 
     def margin(self, q: Array) -> float:
-        """Margin of the centre of mass to the remaining feet's polygon [m]; −inf where there is none."""
+        """Margin of the centre of mass at q (6,) to the remaining feet's polygon [m]; −inf where there is none."""
         normals, offsets = self.footing.normals, self.footing.offsets
         if not len(offsets):
             return -np.inf
@@ -83,7 +83,7 @@ class Situation:
         return float((offsets - normals @ com_xy).min())
 
     def collides(self, q: Array, terrain: str) -> bool:
-        """Collision with the ground as it is (TRUE) or raised for the swing (RAISED), or with the rover."""
+        """Collision at q (6,) with the ground as it is (TRUE) or raised for the swing (RAISED), or with the rover."""
         if self.first_unsure(q[None], terrain) == 1:
             return False
         self.mesh_queries += 1
@@ -92,7 +92,7 @@ class Situation:
         return self.footing.over_ground.collision(q[None], self._lift[terrain], terrain == TRUE) is not None
 
     def spare(self, q: Array) -> float:
-        """What q, its wheel on the ground, has to spare beyond every clearance [m]; negative: it lacks some."""
+        """What q (6,), its wheel on the ground, has to spare beyond every clearance [m]; negative: it lacks some."""
         own = self.footing.solids.own_gap(q[None])[1].spare
         # the ground is looked at no farther than what is nearer already, and not at all where that is too near
         return own if own <= 0 else self.footing.over_ground.gap(q[None], 0.0, touching=True, below=own)[1].spare
@@ -102,13 +102,13 @@ class Situation:
         return self.footing.certificate.first_unsure(qs, terrain)
 
     def free(self, q: Array, terrain: str) -> bool:
-        """Whether q, inside its limits, keeps all clearances and the balance."""
+        """Whether q (6,), inside its limits, keeps all clearances and the balance."""
         if self.first_unsure(q[None], terrain) == 1:
             return True
         return self.margin(q) >= self.settings.least_margin and not self.collides(q, terrain)
 
     def objection(self, q: Array, terrain: str) -> str:
-        """What forbids q, with sizes, for a person; empty where nothing does."""
+        """What forbids q (6,), with sizes, for a person; empty where nothing does."""
         if self.first_unsure(q[None], terrain) == 1:
             return ""
         outside = np.maximum(self.lower - q, q - self.upper)
@@ -135,6 +135,6 @@ class Situation:
         return ""
 
     def fixed_contacts(self, q: Array) -> list[Collision]:
-        """Links of the leg at q that are too near to what does not move, and by how much; the ground aside."""
+        """Links of the leg at q (6,) that are too near to what does not move, and by how much; the ground aside."""
         own = {link_name(self.leg, part) for part in PARTS}
         return [hit for hit in self._scene.contacts(q, NO_GROUND) if hit.link_b not in own]

@@ -65,7 +65,7 @@ def _coarse(space: Space, path: Array, seen: dict[tuple[bytes, bytes], bool]) ->
 
 
 def bisected(path: Array) -> Array:
-    """The path with the middle of every segment as a further waypoint."""
+    """The path (n, d) with the middle of every segment as a further waypoint, (2n − 1, d)."""
     out = np.empty((2 * len(path) - 1, path.shape[1]))
     out[::2] = path
     out[1::2] = 0.5 * (path[:-1] + path[1:])

@@ -146,7 +146,7 @@ class LegAlongPath:
         return None
 
     def own_gap(self, qs: Array, below: float = FAR) -> tuple[int, Gap]:
-        """The least spare distance between parts of the rover over n postures, exact below ``FAR`` and ``below``.
+        """The least spare distance between parts over n postures (n, 6) [m], exact below ``FAR`` and ``below``.
 
         Exact to ``TOLERANCE``: only pairs that are not proven to be farther apart than the nearest known are measured.
         """
@@ -189,14 +189,14 @@ def _pose(T: Array) -> coal.Transform3s:
 
 
 def touch(a: coal.BVHModelOBBRSS, T_a: Array, b: coal.BVHModelOBBRSS, T_b: Array, margin: float) -> bool:
-    """Whether two solids are no farther apart than a margin [m]."""
+    """Whether two solids at poses (4, 4) are no farther apart than a margin [m]."""
     request = coal.CollisionRequest()
     request.security_margin = margin
     return coal.collide(a, _pose(T_a), b, _pose(T_b), request, coal.CollisionResult()) > 0
 
 
 def distance(a: coal.BVHModelOBBRSS, T_a: Array, b: coal.BVHModelOBBRSS, T_b: Array, below: float) -> float:
-    """Distance of two solids where it is less than ``below`` [m]; else some number not less than that."""
+    """Distance of two solids at poses (4, 4) where it is less than ``below`` [m]; else one not less than that."""
     known = coal.DistanceResult()
     known.min_distance = max(below, 0.0)
     found = coal.distance(a, _pose(T_a), b, _pose(T_b), _DISTANCE, known)
@@ -206,7 +206,7 @@ def distance(a: coal.BVHModelOBBRSS, T_a: Array, b: coal.BVHModelOBBRSS, T_b: Ar
 def measured(
     a: coal.BVHModelOBBRSS, T_a: Array, b: coal.BVHModelOBBRSS, T_b: Array, delta: float, bound: float, below: float
 ) -> float:
-    """Distance of two solids beyond δ where it is less than ``below`` [m]; else some number not less than that.
+    """Distance of two solids at poses (4, 4) beyond δ where it is less than ``below`` [m]; else one not less than that.
 
     bound: a lower bound of it. Of convex solids it is nearly the distance, and little is left to look at.
     """

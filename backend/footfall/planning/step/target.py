@@ -37,6 +37,8 @@ def candidates(
 ) -> list[Candidate]:
     """All postures inside the limits, with the wheel upright on the local ground or leaning into the leg's plane.
 
+    T_site_base: (4, 4); q_start: (6,) [rad], on ``branch`` of the inverse kinematics.
+
     A wheel that is upright to ground sloping across the leg's plane can't pass the straight wrist while it is lowered;
     one that leans a few degrees can (see lift.py). Both touch the same point. Those on the start's branch come first;
     within that, those whose largest joint change from the start plus a little for turn and lean is least. A wheel

@@ -45,12 +45,15 @@ def rrtconnect(space: Space, start: Array, goal: Array, *, radius: float, milest
 
 
 def kpiece(space: Space, start: Array, goal: Array, *, radius: float, milestones: int, seed: int) -> Array | None:
-    """The same by KPIECE1, which grows one tree; twenty of its iterations count as one."""
+    """Waypoints (n, d) found by KPIECE1, or None: it grows one tree; twenty of its iterations count as one."""
     return _solve(space, start, goal, lambda si: _ranged(og.KPIECE1(si), radius), 20 * milestones, seed)
 
 
 def bitstar(space: Space, start: Array, goal: Array, *, radius: float, milestones: int, seed: int) -> Array | None:
-    """The same by BIT*, which stops at its first path; it connects over any distance, so ``radius`` is not used."""
+    """Waypoints (n, d) found by BIT*, or None: it stops at its first path.
+
+    It connects over any distance, so ``radius`` is not used.
+    """
 
     def make(si: Any) -> Any:
         planner = og.BITstar(si)
