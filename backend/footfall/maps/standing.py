@@ -52,6 +52,8 @@ class Contacts:
 def contacts(robot: Robot, dem: Dem, posture: ArrayLike, T_site_base: ArrayLike, legs: Sequence[int]) -> Contacts:
     """The contacts of some wheels; no wheel is asked whether it is down.
 
+    posture: (legs × 6,) [rad]; T_site_base: (4, 4).
+
     The contact lies where the wheel is lowest along the normal that the ground has at the contact: on a slope that is
     not the point lowest in height, but up to a wheel's radius times the slope uphill of it. At an edge of the ground
     there may be several such places: then it is the one that the wheel stands upright on, as a footfall is planned.
@@ -109,7 +111,10 @@ def wheel_gaps(robot: Robot, dem: Dem, posture: ArrayLike, T_site_base: ArrayLik
 
 
 def standing(robot: Robot, dem: Dem, posture: ArrayLike, T_site_base: ArrayLike, legs: Sequence[int]) -> list[int]:
-    """Those of some legs whose wheels stand, or are over ground that nobody saw."""
+    """Those of some legs whose wheels stand, or are over ground that nobody saw.
+
+    posture: (legs × 6,) [rad]; T_site_base: (4, 4).
+    """
     gaps = wheel_gaps(robot, dem, posture, T_site_base, legs)
     return [leg for leg, gap in zip(legs, gaps, strict=True) if not gap > STANDING_GAP]
 

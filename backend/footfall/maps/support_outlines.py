@@ -96,6 +96,7 @@ def support_of(
 ) -> Support:
     """What the wheels of ``legs`` hold in this posture. Of ``balance`` friction and the sides of its cones count.
 
+    posture: (legs × 6,) [rad]; T_site_base: (4, 4).
     Without a terrain each wheel touches at its lowest point, and the equilibrium region is not known.
     """
     balance = balance or BalanceSettings()

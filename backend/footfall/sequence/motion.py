@@ -49,6 +49,8 @@ def check_motion(
 ) -> list[RuleResult]:
     """Results of the rules of motion for every row that moves joints, and of ends-on-ground for every leg moved.
 
+    start: posture (legs × 6,) [rad] at T_site_base (4, 4).
+
     A leg that only moves with all others is asked for where it stood and was drawn up.
     """
     moves = [row for row, command in enumerate(commands) if target(command, robot.leg_count) is not None]

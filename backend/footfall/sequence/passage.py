@@ -122,7 +122,10 @@ def carried(
 
 
 def touch(robot: Robot, dem: Dem, T_site_base: Array, before: Array, target: Array, leg: int) -> float:
-    """The share 0…1 of a straight joint-space line at which a wheel first is on the ground; 1 where it never is."""
+    """The share 0…1 of a straight joint-space line at which a wheel first is on the ground; 1 where it never is.
+
+    before, target: postures (legs × 6,) [rad], the chassis at T_site_base (4, 4) all the while.
+    """
     count = max(1, int(np.ceil(np.max(np.abs(target - before)) / _STEP)))
 
     def on_ground(share: float) -> bool:
@@ -144,7 +147,10 @@ def touch(robot: Robot, dem: Dem, T_site_base: Array, before: Array, target: Arr
 def standing_legs(
     robot: Robot, dem: Dem, resting: Array, posture: Array, T_site_base: Array, legs: Sequence[int]
 ) -> list[int]:
-    """The legs that carry the rover. On unseen ground that is one that never left it, not one that was put there."""
+    """The legs that carry the rover. On unseen ground that is one that never left it, not one that was put there.
+
+    resting: the posture (legs × 6,) [rad] that it stood in; posture: the one that it is in now, at T_site_base (4, 4).
+    """
     moved = [leg for leg in legs if (posture != resting)[6 * leg : 6 * leg + 6].any()]
     gaps = wheel_gaps(robot, dem, posture, T_site_base, moved)
     unseen = [leg for leg, gap in zip(moved, gaps, strict=True) if np.isnan(gap)]

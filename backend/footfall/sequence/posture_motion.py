@@ -36,7 +36,10 @@ def check_posture_move(
     touched: dict[int, Array],
     settings: SequenceSettings,
 ) -> Iterator[RuleResult]:
-    """Results of the rules of motion for one row. touched: leg → where its wheel came down; kept from row to row."""
+    """Results of the rules of motion for one row.
+
+    touched: leg → where its wheel came down (3,), site [m]; kept from row to row.
+    """
     legs = list(passage.standing)
     postures = samples(passage.before, passage.after, settings.sample)
     followed = [carried(robot, passage.T_before, passage.before, posture, legs) for posture in postures]

@@ -193,6 +193,7 @@ class CompliantRover:
 
         bias: on top of both, of legs whose wheels touch: what their deflection is more than explained comes from where
         and how the ground pushes on the wheel. offset, stiffness, raised: see :class:`RestingRover`. pose is changed.
+        All set points and angles are (legs × 6,) [rad], raised is (legs,) [m].
         """
         borne = offset + np.where(np.repeat(pose.touching, 6), bias, 0.0)
         target = commanded + borne
@@ -254,7 +255,7 @@ class CompliantRover:
 
 
 def require_three(touching: NDArray[np.bool_]) -> None:
-    """Raises InvalidInput unless three wheels touch the ground."""
+    """Raises InvalidInput unless three wheels touch the ground. touching: (legs,)."""
     if touching.sum() < 3:
         legs = ", ".join(str(leg) for leg in np.flatnonzero(touching)) or "none"
         raise InvalidInput(

@@ -69,7 +69,10 @@ def predict(
 
 
 def advanced(rover: CompliantRover, rest: RestingRover, commanded: Array) -> RestingRover:
-    """The equilibrium after the set points went straight to ``commanded``, the ground looked at every ``STRIDE``."""
+    """The equilibrium after the set points went straight to ``commanded`` (legs × 6,) [rad].
+
+    The ground is looked at every ``STRIDE``.
+    """
     origin = rest.commanded
     parts = max(1, int(np.ceil(np.abs(commanded - origin).max() / STRIDE)))
     for part in range(1, parts + 1):

@@ -75,6 +75,8 @@ def base_path(T_from: Array, T_to: Array, fractions: Array) -> Array:
 def follow(robot: Robot, posture: Array, T_from: Array, T_to: Array, standing: Sequence[int]) -> Followed | Obstacle:
     """Postures along :func:`base_path` with the wheels of the legs ``standing`` fixed; the other legs keep theirs.
 
+    posture: (legs × 6,) [rad] at T_from; T_from, T_to: (4, 4), T_site_base.
+
     Steps are as long as the standing wheels drift by no more than ``_AIM`` half way and no joint moves by more than
     ``LARGEST_STEP``. A step may reach over a singular posture of a wrist where that is so.
     """
@@ -113,7 +115,7 @@ def shortfall(robot: Robot, leg: int, T_base_wheel: Array, back: bool) -> float:
 
 
 def unwrapped(q: Array, near: Array) -> Array:
-    """Angles turned by whole turns to within π of ``near`` [rad]."""
+    """Angles (…) turned by whole turns to within π of ``near`` (…) [rad]."""
     return q - 2 * math.pi * np.round((q - near) / (2 * math.pi))
 
 

@@ -74,7 +74,10 @@ def recheck(
     settings: BodyMoveSettings,
     pulse: Callable[[], None] = lambda: None,
 ) -> list[MoveCheck]:
-    """Every check of a move; feet: the contacts of the legs ``standing``. The move is good if all hold."""
+    """Every check of a move; it is good if all hold.
+
+    waypoints: (n, legs × 6) [rad]; Ts_site_base: (n, 4, 4). feet: the contacts of the legs ``standing``.
+    """
     path = dense(waypoints, Ts_site_base)
     Ts_base_link = body.poses(path.postures)
     return [

@@ -21,14 +21,17 @@ SAME = 1e-6
 
 
 def required(reserves: Array | float, wanted: float) -> Array:
-    """What is asked of reserves like those before a move: ``wanted``, or what there is where that is less."""
+    """What is asked of reserves (…) like those before a move [m, rad]: ``wanted``, or what there is, if less."""
     return np.minimum(wanted, np.maximum(reserves, 0.0))
 
 
 def reserves(
     robot: Robot, start: Array, goal: Array, standing: Sequence[int], settings: BodyMoveSettings
 ) -> Iterable[MoveCheck]:
-    """The checks of what the legs ``standing`` have left at the goal; none for a reserve of 0 that was asked for."""
+    """The checks of what the legs ``standing`` have left at the goal; none for a reserve of 0 that was asked for.
+
+    start, goal: postures (legs × 6,) [rad].
+    """
     legs = list(standing)
     if settings.reach_reserve > 0:
         had, has = reach_reserves(robot, np.array([start, goal]))[:, legs]

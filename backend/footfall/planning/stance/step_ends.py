@@ -44,7 +44,10 @@ class StepEnds:
     settings: FindShiftSettings
 
     def objection(self, posture: Array, T_site_base: Array) -> str:
-        """What prevents the step's start or goal with the chassis there; empty where nothing does."""
+        """What prevents the step's start or goal with the chassis there; empty where nothing does.
+
+        posture: (legs × 6,) [rad]; T_site_base: (4, 4).
+        """
         robot, lift = self.stance.robot, self.settings.lift
         q = posture[6 * self.leg : 6 * self.leg + 6]
         up = vertical(robot, self.leg, T_site_base, q, lift)

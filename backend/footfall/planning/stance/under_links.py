@@ -25,7 +25,10 @@ _ROUNDING = 1e-4
 
 
 def ground_near_links(robot: Robot, dem: Dem, posture: ArrayLike, T_site_base: Array) -> Mesh:
-    """The triangles of the Dem for which :func:`posture_collisions` answers as for all of them."""
+    """The triangles of the Dem for which :func:`posture_collisions` answers as for all of them.
+
+    posture: (legs × 6,) [rad]; T_site_base: (4, 4).
+    """
     deltas = robot.description.clearances
     keep = max([*deltas.terrain.values(), deltas.chassis_terrain, 0.0]) + _ROUNDING
     low, high = _boxes(robot, posture, T_site_base)

@@ -98,8 +98,9 @@ class WholeBody:
         return Ts
 
     def own_gap(self, Ts_base_link: Array, moving: Collection[str] | None = None) -> NearestGap:
-        """Least spare distance between two parts of the rover over n postures, exact below ``FAR``.
+        """Least spare distance between two parts of the rover over n postures [m], exact below ``FAR``.
 
+        Ts_base_link: (n, links, 4, 4) of :meth:`poses`.
         moving: only pairs with one of these links.
         """
         Ts, pairs, deltas = np.ascontiguousarray(Ts_base_link), self._pairs, self._deltas
@@ -133,6 +134,7 @@ class WholeBody:
     ) -> NearestGap:
         """Least spare distance of some links to the ground raised by so much [m] over n postures.
 
+        Ts_site_link: (n, links, 4, 4) of all links.
         Exact below ``GROUND_FAR``. touching: legs whose wheels may touch, and sink in by ``wheel_sink``. What is under
         the ground is negative by its depth.
         """

@@ -137,7 +137,7 @@ def way_around(grid: ChassisCosts, begin: Array, end: Array, within: float) -> A
 
 
 def straightened(grid: ChassisCosts, points: Array) -> Array:
-    """The same way with chords where they cost no more: from each point to the farthest that can be had so."""
+    """The same way (n, 2) with chords where they cost no more: from each point to the farthest that can be had so."""
     steps = np.diff(points, axis=0)
     turns = np.abs(steps[:-1, 0] * steps[1:, 1] - steps[:-1, 1] * steps[1:, 0]) > 1e-9
     points = points[np.concatenate([[True], turns, [True]])]
@@ -154,7 +154,7 @@ def straightened(grid: ChassisCosts, points: Array) -> Array:
 
 
 def rounded(points: Array) -> Array:
-    """The same way with corners rounded: twice a running mean over ROUNDED [m], its ends where they were."""
+    """The same way (n, 2) with corners rounded: twice a running mean over ROUNDED [m], its ends where they were."""
     out = resampled(points, CELL / 4)
     half = max(1, round(0.5 * ROUNDED / (CELL / 4)))
     for _ in range(2):

@@ -82,7 +82,7 @@ class World:
         self.first = self.around(T_site_base)
 
     def around(self, T_site_base: Array) -> Piece:
-        """The ground around a chassis."""
+        """The ground around a chassis at a pose (4, 4)."""
         middle = LATTICE * np.rint(T_site_base[:2, 3] / LATTICE)
         return self._pieces.get(tuple(middle), lambda: self._piece(middle))
 

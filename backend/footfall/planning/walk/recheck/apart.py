@@ -100,6 +100,6 @@ def _next(bounds: Array, at: int, below: float) -> int:
 
 
 def distance(a: coal.BVHModelOBBRSS, T_a: Array, b: coal.BVHModelOBBRSS, T_b: Array) -> float:
-    """Distance of two surfaces [m], 0 where they meet."""
+    """Distance of two surfaces at poses (4, 4) [m], 0 where they meet."""
     poses = (coal.Transform3s(T[:3, :3], T[:3, 3]) for T in (T_a, T_b))
     return max(float(coal.distance(a, next(poses), b, next(poses), coal.DistanceRequest(), coal.DistanceResult())), 0.0)

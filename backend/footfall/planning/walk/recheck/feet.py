@@ -134,7 +134,10 @@ def lowest_rim_point(T_site_wheel: Array, normal: Array, radius: float) -> Array
 
 
 def plane_normal(dem: Dem, contact: Array, radius: float) -> Array | None:
-    """Unit normal of the plane fitted to the surface within a wheel's radius, by least squares; None where unseen."""
+    """Unit normal (3,) of the plane fitted to the surface within ``radius`` [m] of a contact (3,), by least squares.
+
+    None where some of it is unseen.
+    """
     steps = np.linspace(-radius, radius, 2 * max(4, int(np.ceil(radius / dem.geometry.resolution))) + 1)
     dx, dy = (one.ravel() for one in np.meshgrid(steps, steps))
     inside = np.hypot(dx, dy) <= radius * (1 + 1e-9)

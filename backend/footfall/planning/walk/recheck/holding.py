@@ -161,10 +161,14 @@ class Load:
     b: Array
 
     def ratios(self, forces: Array) -> Array:
+        """What each joint bears (n,) at forces (3k,) [weights], the pull of a tether one more, as a share."""
         return np.abs(self.gravity + self.effect @ forces)
 
     def ratio(self, forces: Array, faces: Array) -> float:
-        """Largest share for forces in equilibrium; inf where they are not inside friction."""
+        """Largest share for forces in equilibrium; inf where they are not inside friction.
+
+        forces: as of :meth:`ratios`. faces: (k, sides, 3) inward normals of the feet's pyramids.
+        """
         feet = 3 * len(faces)
         inside = np.einsum("ksj,kj->ks", faces, forces[:feet].reshape(-1, 3)).min() >= 0 and (forces[feet:] >= 0).all()
         return float(self.ratios(forces).max()) if inside else float("inf")
@@ -204,7 +208,7 @@ class Load:
     def least(self, faces: Array, pull: float | None = None) -> Array | None:
         """The forces inside friction, in equilibrium, whose largest share is least; None where there are none.
 
-        pull: of the tether, where it is given, within PULLED [weights].
+        As of :meth:`ratio`. pull: of the tether, where it is given, within PULLED [weights].
         """
         most, free = np.ones((len(self.gravity), 1)), self.A.shape[1]
         inside = self._inside(faces)
@@ -308,7 +312,10 @@ def _crossed(arm: Array) -> Array:
 
 
 def friction_margin(contacts: Array, faces: Array, com: Array) -> float:
-    """What every foot could bear sideways in addition, as a share of the weight; negative where it must, and can't."""
+    """What every foot could bear sideways in addition, as a share of the weight; negative where it must, and can't.
+
+    contacts: (k, 3) and com: (3,), site [m]; faces: (k, sides, 3) inward normals of the feet's pyramids.
+    """
     A, b = _balance(contacts, com)
     k = len(contacts)
     found = linprog(
