@@ -18,6 +18,9 @@ Array = NDArray[np.float64]
 BALANCED = 1e-4
 """Force and moment left over [N, N·m] at which the rover counts as settled: springs move by 1e-8 m."""
 MOST_ROUNDS = 80
+LONG = 40
+"""From this round on steps are halved. The Hessian leaves out how a rim's rolling bends the force on it: along a soft
+mode it can be half of what it should be, and whole steps then go to and fro across the balance."""
 LARGEST_MOVE = 0.05
 """Of a joint or the chassis in one round [rad, m]."""
 HALVINGS = 8
@@ -284,7 +287,7 @@ def settle(body: Body, pose: Pose, commanded_from: Array, commanded: Array, grav
         target = commanded_from + share * (commanded - commanded_from)
         unbalanced(body, pose, target, gravity, gradient, hessian, hubs, turns)
         left = np.abs(gradient).max()
-        for _ in range(MOST_ROUNDS):
+        for made in range(MOST_ROUNDS):
             if not left > BALANCED:
                 break
             scale = np.sqrt(np.abs(np.diag(hessian)) + _STIFFENED)
@@ -296,6 +299,8 @@ def settle(body: Body, pose: Pose, commanded_from: Array, commanded: Array, grav
             if not np.isfinite(largest):
                 return np.inf
             step *= min(1.0, LARGEST_MOVE / max(largest, 1e-300))
+            if made >= LONG:
+                step *= 0.5
             R, t, q = pose.R.copy(), pose.t.copy(), pose.q.copy()
             for _ in range(HALVINGS):
                 pose.t[:] = t + step[:3]
