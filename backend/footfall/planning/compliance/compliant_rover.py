@@ -45,7 +45,8 @@ class RestingRover:
     turns: (legs, 3, 3), R_site_wheel. points, normals: (legs, 3), plane of the ground at each wheel. rims: (legs, 3),
     where the ground holds the middles of the rims. bias: (legs × 6,) [rad], on top of what is commanded while the leg's
     wheel touches; offset: the same, wherever the wheel is; stiffness: (legs × 6,) of the joints [N·m/rad]. raised:
-    (legs,), how much higher the ground is at each wheel than on the map, along its normal [m].
+    (legs,), how much higher the ground is at each wheel than on the map, along its normal [m]. by_force: (legs,),
+    whether the normal at a wheel is not the map's, but told by the force that holds it there, as long as it stands.
     left_over: largest force or moment out of balance [N, N·m].
     """
 
@@ -63,6 +64,7 @@ class RestingRover:
     offset: Array
     stiffness: Array
     raised: Array
+    by_force: NDArray[np.bool_]
     left_over: float
 
     @property
@@ -130,7 +132,8 @@ class CompliantRover:
             T[:3, :3].copy(), T[:3, 3].copy(), np.array(q), touching, hubs + pressed, turns, points, normals, 0.0 * hubs
         )
         raised = np.where(seen, np.sum((points - below) * normals, axis=1), 0.0)
-        return self.settle(pose, q, q, np.zeros_like(q), np.zeros_like(q), self.stiffness, raised, 1)
+        by_force = np.zeros(len(touching), dtype=bool)
+        return self.settle(pose, q, q, np.zeros_like(q), np.zeros_like(q), self.stiffness, raised, by_force, 1)
 
     def after(self, rest: RestingRover, commanded: ArrayLike) -> RestingRover:
         """The equilibrium after the set points went straight to ``commanded`` (legs × 6,).
@@ -144,7 +147,7 @@ class CompliantRover:
         below, normals, seen = self.ground_under(rest.posture, T, forces=rest.forces)
         # where the wheels that stand find the ground on the whole, so will the next one
         raised = np.where(touching, rest.raised, self.found_higher(rest))
-        kept = touching & ~seen
+        kept = touching & (~seen | rest.by_force)
         normals = np.where(kept[:, None], rest.normals, normals)
         points = np.where(kept[:, None], rest.points, below + raised[:, None] * normals)
         pose = Pose(
@@ -158,7 +161,10 @@ class CompliantRover:
             normals,
             rest.forces.copy(),
         )
-        return self.settle(pose, rest.commanded, target, rest.bias, rest.offset, rest.stiffness, raised, increments)
+        by_force = touching & rest.by_force
+        return self.settle(
+            pose, rest.commanded, target, rest.bias, rest.offset, rest.stiffness, raised, by_force, increments
+        )
 
     def found_higher(self, rest: RestingRover) -> float:
         """How much higher than on the map the wheels that touch find the ground [m], by their median.
@@ -178,6 +184,17 @@ class CompliantRover:
         around = self.unseen[max(row, 0) : row + 2, max(col, 0) : col + 2]
         return around.size > 0 and not around.any()
 
+    def seen_under(self, hub: Array) -> bool:
+        """Whether all of the ground below a wheel with its middle there (3,) was seen, as far out as its rim."""
+        if self.unseen is None:
+            return True
+        grid = self.dem.geometry
+        col, row = (hub[:2] - (grid.x0, grid.y0)) / grid.resolution
+        reach = self.robot.wheel_radius / grid.resolution
+        rows = slice(max(int(np.floor(row - reach)), 0), int(np.ceil(row + reach)) + 1)
+        cols = slice(max(int(np.floor(col - reach)), 0), int(np.ceil(col + reach)) + 1)
+        return not self.unseen[rows, cols].any()
+
     def settle(
         self,
         pose: Pose,
@@ -187,13 +204,14 @@ class CompliantRover:
         offset: Array,
         stiffness: Array,
         raised: Array,
+        by_force: NDArray[np.bool_],
         increments: int,
     ) -> RestingRover:
         """The equilibrium that ``pose``, one with the set points ``before``, goes to with ``commanded``.
 
         bias: on top of both, of legs whose wheels touch: what their deflection is more than explained comes from where
-        and how the ground pushes on the wheel. offset, stiffness, raised: see :class:`RestingRover`. pose is changed.
-        All set points and angles are (legs × 6,) [rad], raised is (legs,) [m].
+        and how the ground pushes on the wheel. offset, stiffness, raised, by_force: see :class:`RestingRover`. pose is
+        changed. All set points and angles are (legs × 6,) [rad], raised and by_force are (legs,) [m].
         """
         borne = offset + np.where(np.repeat(pose.touching, 6), bias, 0.0)
         target = commanded + borne
@@ -216,6 +234,7 @@ class CompliantRover:
             offset=offset,
             stiffness=stiffness,
             raised=raised,
+            by_force=by_force,
             left_over=float(left_over),
         )
 

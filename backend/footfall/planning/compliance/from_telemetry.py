@@ -33,6 +33,13 @@ MOST_SOFTER = 2.0
 LEAST_LOAD = 0.005
 """A wheel that is pressed with less than this share of the weight is in the air: force sensors are not exact."""
 
+HELD_SHARE, LIKELY_SHARE = 0.9, 0.8
+"""Where a wheel that stands still would use more than the first share of its friction, the ground's normal under it is
+another, with which it uses the second."""
+MOST_TILT, MOST_TILT_UNSEEN = 0.15, 0.7
+"""The ground's normal is so far from the map's at most [rad]: where all of the ground under a wheel was seen, and where
+not, so that the map may have the wheel on the flank of a rock beside it."""
+
 
 def measured(
     rover: CompliantRover, state: RobotState, commanded: ArrayLike | None = None, fitted: bool = True
@@ -46,6 +53,9 @@ def measured(
     Wheel forces and set points together show how stiff each joint is: with ``fitted`` what a deflection is more, or
     less, than expected is taken for stiffness as far as that is likelier than an error of the encoder. The rover then
     starts exactly where it was measured: what is left stays as ``bias`` on the set points.
+
+    A wheel that stands still does not slip. Where it would with the map's normal, which under a wheel is often made up
+    from the ground around, the normal is taken to be tilted towards the force.
 
     Raises InvalidInput where the state is of another robot or fewer than three wheels are pressed down.
     """
@@ -64,7 +74,13 @@ def measured(
     weight = rover.mass * float(np.linalg.norm(rover.gravity))
     touching = np.sum(forces * normals, axis=1) > LEAST_LOAD * weight
     require_three(touching)
-    forces = _balanced(rover, q, T, hubs, normals, np.where(touching[:, None], forces, 0.0), touching)
+    pressed_by = np.where(touching[:, None], forces, 0.0)
+    forces = _balanced(rover, q, T, hubs, normals, pressed_by, touching)
+    seen = np.array([rover.seen_under(hub) for hub in hubs])
+    most = np.where(seen, MOST_TILT, MOST_TILT_UNSEEN)
+    normals, by_force = holding_normals(normals, forces, rover.settings.balance.friction, most)
+    if by_force.any():
+        forces = _balanced(rover, q, T, hubs, normals, pressed_by, touching)
     torques = holding(rover, q, T, hubs, normals, forces)
     stiffness = rover.stiffness
     if fitted and independent:
@@ -82,7 +98,24 @@ def measured(
         np.abs(torques / rover.stiffness)
     )
     bias, offset = (left, nothing) if springs else (nothing, left)
-    return rover.settle(pose, set_points, set_points, bias, offset, stiffness, raised, 1)
+    return rover.settle(pose, set_points, set_points, bias, offset, stiffness, raised, by_force, 1)
+
+
+def holding_normals(normals: Array, forces: Array, friction: float, most: Array) -> tuple[Array, NDArray[np.bool_]]:
+    """Normals (legs, 3) with which friction holds forces (legs, 3) well inside its cone; which were tilted, (legs,).
+
+    Only those are, towards the force, with which it would use more than HELD_SHARE, to LIKELY_SHARE. Those that would
+    be tilted by more than ``most`` (legs,) [rad], and those of wheels that bear nothing, stay.
+    """
+    sizes = np.linalg.norm(forces, axis=1)
+    directions = forces / np.maximum(sizes, 1e-9)[:, None]
+    angles = np.arccos(np.clip(np.sum(directions * normals, axis=1), -1.0, 1.0))
+    tilts = angles - np.arctan(LIKELY_SHARE * friction)
+    tilted = (sizes > 0.0) & (angles > np.arctan(HELD_SHARE * friction)) & (tilts <= most)
+    # on the great circle from normal to force
+    shares = np.sin(np.column_stack([angles - tilts, tilts])) / np.maximum(np.sin(angles), 1e-9)[:, None]
+    between = shares[:, :1] * normals + shares[:, 1:] * directions
+    return np.where(tilted[:, None], between, normals), tilted
 
 
 def softer_by(expected: Array, deflections: Array) -> Array:
