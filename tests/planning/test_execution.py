@@ -281,7 +281,7 @@ def test_what_cannot_be_is_refused_with_a_reason(athlete, dem, state, rest, plan
     assert shallow.status is Status.NO_PATH
     assert "touch-down by" in shallow.reason
     assert "more overshoot" in shallow.reason
-    heavy = asked(compliance=ComplianceSettings(balance=BalanceSettings(payload_mass=300.0)), least_load=1500.0)
+    heavy = asked(compliance=ComplianceSettings(balance=BalanceSettings(payload_mass=300.0)), least_load=2500.0)
     assert "load on the supporting wheels by" in heavy.reason
     away = asked(now=replace(state, T_site_base=transform(translation=(0.1, 0, 0)) @ state.T_site_base))
     assert away.status is Status.START_INVALID

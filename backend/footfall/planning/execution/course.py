@@ -32,6 +32,8 @@ LEAST_FALL = 0.01
 """A shorter way down has no direction worth following [m]."""
 SPARE = 0.1
 """Where the others would bear a leg's load with less to spare than this share, other forces are looked for."""
+PRESSED_DOWN = (2.0, 1.1)
+"""Standing wheels bear the first times what they have to at least where set points can see to it, else the second."""
 ROUNDS = 3
 """In which a set point that depends on the sag that it causes is found; the error shrinks tenfold in each."""
 
@@ -261,7 +263,7 @@ class PoseHeld(DroopAware):
                 self._shift(self._posture, (1 - share) * swing)
             else:
                 near = self.start.forces + share * (eased - self.start.forces)
-                self._strain(self._posture, self.holder.least_change(self._posture, self._T, near, self._others))
+                self._strain(self._posture, self._held(self._posture, near))
             self._command("unload")
 
     def carry(self, i: int) -> None:
@@ -301,7 +303,16 @@ class PoseHeld(DroopAware):
         """Take the posture, with a force (3,) on the swing leg's wheel: the others' change least."""
         forces = self._forces.copy()
         forces[self.leg] = swing
-        self._strain(posture, self.holder.least_change(posture, self._T, forces, self._others))
+        self._strain(posture, self._held(posture, forces))
+
+    def _held(self, posture: Array, near: Array) -> Array:
+        """Forces (legs, 3) that balance the rover, near to these; every wheel that stands stays well pressed down."""
+        for times in PRESSED_DOWN:
+            least = times * self.settings.least_load
+            found = self.holder.pressed_down(posture, self._T, near, self._others, least)
+            if found is not None:
+                return found
+        return self.holder.least_change(posture, self._T, near, self._others)
 
     @property
     def _others(self) -> NDArray[np.bool_]:

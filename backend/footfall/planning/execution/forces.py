@@ -14,6 +14,11 @@ from footfall.robot.kinematics import center_of_mass
 
 Array = NDArray[np.float64]
 
+FEWEST_HELD = 3
+"""So many wheels' forces have to be free to balance the rover."""
+WELL_INSIDE = 0.5
+"""A wheel that is to bear little uses this share of its friction at most."""
+
 
 class Holder:
     """What holds the rover that started at rest in ``start``, whatever its legs do since.
@@ -44,6 +49,33 @@ class Holder:
         out = forces.copy()
         out[wheels] += np.linalg.lstsq(matrix[:, np.repeat(wheels, 3)], lacking, rcond=None)[0].reshape(-1, 3)
         return out
+
+    def pressed_down(
+        self, posture: Array, T_site_base: Array, forces: Array, wheels: NDArray[np.bool_], least: float
+    ) -> Array | None:
+        """As :meth:`least_change`, but that no wheel bears less than ``least`` [N]: others then change more.
+
+        None where that takes too much of the others.
+        """
+        found, held = self.least_change(posture, T_site_base, forces, wheels), wheels.copy()
+        while (low := held & (self._loads(found) < least)).any():
+            held &= ~low
+            if held.sum() < FEWEST_HELD:
+                return None
+            fixed = found.copy()
+            fixed[low] = self._pressing(found[low], self.normals[low], least)
+            found = self.least_change(posture, T_site_base, fixed, held)
+        return found
+
+    def _loads(self, forces: Array) -> Array:
+        return np.sum(forces * self.normals, axis=1)
+
+    def _pressing(self, forces: Array, normals: Array, least: float) -> Array:
+        """Forces (k, 3) that press with ``least`` [N], sideways as these do, but well inside friction."""
+        sideways = forces - np.sum(forces * normals, axis=1, keepdims=True) * normals
+        most = WELL_INSIDE * self.rover.settings.balance.friction * least
+        share = np.minimum(1.0, most / np.maximum(np.linalg.norm(sideways, axis=1, keepdims=True), 1e-9))
+        return least * normals + share * sideways
 
     def inside_friction(
         self,
