@@ -16,14 +16,17 @@ from footfall.io.artifacts import decode, encode
 from footfall.planning.compliance.compliance_settings import ComplianceSettings
 from footfall.planning.compliance.compliant_rover import CompliantRover
 from footfall.planning.compliance.from_telemetry import measured
-from footfall.planning.compliance.predict import predict
-from footfall.planning.execution.body_course import faded
-from footfall.planning.execution.body_plan import plan_body_execution
+from footfall.planning.compliance.predict import advanced, predict
+from footfall.planning.execution.begin import beginning
+from footfall.planning.execution.body_course import ENDS, LEAST_FORCE, LEAST_TORQUE, NEAREST, faded
+from footfall.planning.execution.body_plan import body_executed, plan_body_execution
 from footfall.planning.execution.execution_settings import ExecutionSettings
-from footfall.planning.stance.body_move import plan_body_move
+from footfall.planning.execution.prediction_checks import WORSE
+from footfall.planning.stance.body_move import No, plan_body_move
 from footfall.planning.stance.body_shift import BodyShift
 from footfall.planning.step.problem import Status
 from footfall.robot.kinematics import center_of_mass, wheel_centers
+from footfall.robot.model import Robot
 from footfall.sequence.of_execution import sequence_of_execution
 from tests.support.chassis_ground import lifted, wavy
 
@@ -189,6 +192,73 @@ def test_refusals_say_what_fails_and_what_to_try(athlete, dem, rest):
     away = plan_body_execution(athlete, dem, elsewhere, plan)
     assert away.status is Status.START_INVALID
     assert "0.200 m" in away.reason
+
+
+@pytest.fixture(scope="module")
+def strained(athlete, dem, rest):
+    """At rest with leg 2 pressed outwards."""
+    target = np.array(rest.commanded)
+    target[14] -= 0.06
+    found = advanced(CompliantRover(athlete, dem), rest, target)
+    assert found.settled
+    return found
+
+
+def test_a_joint_that_bears_too_much_at_first_is_led_back(athlete, dem, strained):
+    most = (np.abs(strained.torques) / athlete.torque_limits).max()
+    weak = Robot(replace(athlete.description, torque_limits=0.9 * most * athlete.torque_limits))
+    done = done_in(executed(weak, dem, strained, BodyShift(dz=-0.3)))
+    motion = predict(CompliantRover(weak, dem), strained, done.commanded[1:])
+    shares = np.abs([one.torques for one in (strained, *motion.rests)]) / weak.torque_limits
+    assert shares[0].max() == pytest.approx(1 / 0.9)
+    assert shares.max() <= 1 + WORSE * (1 / 0.9 - 1)
+    assert shares[-1].max() <= 1.0
+    # nothing else may be beyond its limit on the way
+    beyond = shares[0] > 1.0
+    assert shares[:, ~beyond].max() <= 1.0
+    # the rules of its commands see it alike, and refuse commands that leave off half way
+    whole = sequence_of_execution(done, weak, dem)
+    assert not whole.failures
+    assert "bears too much already" in next(one.text for one in whole.rules if one.rule == "torque")
+    each = (
+        "commanded",
+        "predicted",
+        "wanted",
+        "Ts_site_base",
+        "durations",
+        "pauses",
+        "forces",
+        "loads",
+        "friction_use",
+    )
+    half = replace(done, **{name: getattr(done, name)[:3] for name in each})
+    left = sequence_of_execution(half, weak, dem).failures
+    assert {one.rule for one in left} == {"torque"}
+    assert left[-1].row == len(half.commanded) - 2
+
+
+def test_where_forces_that_change_least_bear_too_much_others_are_taken(athlete, dem, strained):
+    rover = CompliantRover(athlete, dem)
+    state, shift = rover.state(strained), BodyShift(dz=-0.1)
+    plan = plan_body_move(athlete, dem, state, shift).plan
+    assert plan is not None
+    began = beginning(athlete, dem, state, ExecutionSettings(), strained.commanded)
+    assert not isinstance(began, No)
+    found = {end: body_executed(began, plan, ExecutionSettings(), plan.provenance, end=end).end for end in ENDS}
+    ends = {end: one for end, one in found.items() if one is not None}
+    assert list(ends) == list(ENDS)
+    most = {end: (np.abs(one.torques) / athlete.torque_limits).max() for end, one in ends.items()}
+    assert most[LEAST_TORQUE] < most[NEAREST]
+    assert np.linalg.norm(ends[LEAST_FORCE].forces) < np.linalg.norm(ends[NEAREST].forces)
+    between = (min(most.values()) + most[NEAREST]) / 2
+    weak = Robot(replace(athlete.description, torque_limits=between * athlete.torque_limits))
+    done = done_in(executed(weak, dem, strained, shift))
+    assert np.abs(done.forces[-1] - ends[NEAREST].forces).max() > 10.0
+    # a limit that no forces keep is refused by what the first ones lack
+    feeble = Robot(replace(athlete.description, torque_limits=0.9 * min(most.values()) * athlete.torque_limits))
+    refused = executed(feeble, dem, strained, shift)
+    assert refused.status is Status.NO_PATH
+    assert "torque" in refused.reason
 
 
 def test_misuse_raises_and_cancelling_ends_it(athlete, dem, rest):

@@ -8,6 +8,7 @@ from hypothesis import assume, given, settings
 from hypothesis import strategies as st
 
 import footfall
+from footfall.planning.compliance.compliant_rover import CompliantRover
 from footfall.planning.compliance.from_telemetry import (
     HELD_SHARE,
     LIKELY_SHARE,
@@ -17,7 +18,6 @@ from footfall.planning.compliance.from_telemetry import (
     measured,
 )
 from footfall.planning.compliance.predict import advanced
-from footfall.planning.compliance.rover import CompliantRover
 from footfall.terrain.from_arrays import from_heights
 from footfall.terrain.generate import plane
 

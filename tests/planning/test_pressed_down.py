@@ -8,13 +8,13 @@ from hypothesis import strategies as st
 import footfall
 from footfall.balance.forces import equilibrium_matrix
 from footfall.core.frames import apply
+from footfall.planning.compliance.compliant_rover import CompliantRover
 from footfall.planning.compliance.from_telemetry import wheel_arms
-from footfall.planning.compliance.rover import CompliantRover
 from footfall.planning.execution.begin import REACH_OUT, beginning
 from footfall.planning.execution.course import PRESSED_DOWN
+from footfall.planning.execution.execution_settings import ExecutionSettings
 from footfall.planning.execution.forces import WELL_INSIDE, Holder
 from footfall.planning.execution.plan import executed
-from footfall.planning.execution.settings import ExecutionSettings
 from footfall.planning.stance.body_move import No
 from footfall.planning.step.problem import Status
 from footfall.planning.walk_execution.unpressed import unpressed

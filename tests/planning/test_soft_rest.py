@@ -5,8 +5,8 @@ from pathlib import Path
 import numpy as np
 
 from footfall.core.frames import transform
+from footfall.planning.compliance.compliant_rover import CompliantRover
 from footfall.planning.compliance.equilibrium_kernel import BALANCED, Pose, settle
-from footfall.planning.compliance.rover import CompliantRover
 from footfall.terrain.generate import plane
 
 RECORDED = Path(__file__).parent / "soft_rest.npz"

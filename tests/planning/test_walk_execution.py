@@ -11,10 +11,14 @@ from footfall.core.frames import apply, transform
 from footfall.io.artifacts import decode, encode
 from footfall.planning.compliance.compliant_rover import CompliantRover
 from footfall.planning.compliance.from_telemetry import measured
-from footfall.planning.compliance.predict import predict
+from footfall.planning.compliance.predict import advanced, predict
+from footfall.planning.execution.begin import beginning
+from footfall.planning.execution.body_plan import body_executed
 from footfall.planning.execution.execution_settings import ExecutionSettings
-from footfall.planning.step.problem import Check, Status
-from footfall.planning.walk.parts import parts_of
+from footfall.planning.stance.body_move import No
+from footfall.planning.stance.move import BodyMovePlan
+from footfall.planning.step.problem import Check, Status, StepPlan
+from footfall.planning.walk.parts import parts_of, stay
 from footfall.planning.walk.problem import WalkGoal
 from footfall.planning.walk_execution.onward import next_that_moves, onward
 from footfall.planning.walk_execution.plan import foot_moves_of, least_of, plan_walk_execution
@@ -25,6 +29,7 @@ from footfall.sequence.of_execution import sequence_of_execution
 from tests.support.chassis_ground import wavy
 
 HELD = ("pose_held", "droop_aware")
+FRICTION = 0.6
 
 
 @pytest.fixture(scope="module")
@@ -174,22 +179,19 @@ def test_a_foot_move_becomes_commands_that_lead_where_it_does(athlete, dem, foun
 
 
 def test_what_fails_is_told_and_what_is_before_it_kept(athlete, dem, state, rest, walk, found):
-    whole = done_in(found["pose_held"])
-    least = [
-        min(np.delete(part.loads, getattr(part, "leg", []), axis=1).min() for part in move.parts)
-        for move in whole.moves
-    ]
+    steps = [move.step for move in done_in(found["pose_held"]).moves if move.step]
+    least = [step.clearance[[phase == "swing" for phase in step.phases]].min() for step in steps]
     limit = float(np.sort(least)[1] + np.sort(least)[0]) / 2
     worst = int(np.argmin(least))
-    result = plan_walk_execution(athlete, dem, state, walk, ExecutionSettings(least_load=limit), rest.commanded)
+    result = plan_walk_execution(athlete, dem, state, walk, ExecutionSettings(least_clearance=limit), rest.commanded)
     assert result.status is Status.NO_PATH
     assert result.failed_at == worst
     assert f"foot move {worst + 1}: " in result.reason
-    assert "load on the supporting wheels" in result.reason
-    assert "move the chassis" in result.reason
+    assert "wheel clearance" in result.reason
+    assert "higher lift" in result.reason
     kept = () if result.execution is None else result.execution.moves
     assert [one.number for one in kept] == list(range(worst))
-    assert [check.name for check in result.checks if not check.holds] == ["load on the supporting wheels"]
+    assert [check.name for check in result.checks if not check.holds] == ["wheel clearance"]
 
 
 def test_a_rover_elsewhere_is_refused_and_goes_on_by_a_new_walk(athlete, dem, state, rest, walk):
@@ -279,3 +281,61 @@ def test_misuse_raises_and_cancelling_ends_it(athlete, dem, state, rest, walk, f
         plan_walk_execution(athlete, dem, state, walk, commanded=rest.commanded, progress=cancel)
     shares = [share for share, _ in told]
     assert shares == sorted(shares)
+
+
+@pytest.fixture(scope="module")
+def from_step(walk):
+    """The walk begun where its first step is."""
+    k = int(np.flatnonzero([phase != "body" for phase in walk.phases])[0]) - 1
+    rows = {name: getattr(walk, name)[k:] for name in ("waypoints", "Ts_site_base", "moves", "margins", "torques")}
+    return replace(walk, phases=("body", *walk.phases[k + 1 :]), **rows)
+
+
+def test_the_chassis_can_stay_where_a_step_begins(walk, from_step):
+    for plan in (walk, from_step):
+        for number in range(plan.foot_moves):
+            step = next(one for one in foot_moves_of(plan)[number] if isinstance(one, StepPlan))
+            still = stay(plan, number)
+            assert np.array_equal(still.waypoints, [step.waypoints[0]] * 2)
+            assert np.array_equal(still.Ts_site_base, [step.T_site_base] * 2)
+            assert np.array_equal(still.contacts, plan.stances[number].contacts)
+            assert np.allclose(still.shift.vector, 0.0, atol=1e-12)
+
+
+def test_strain_is_taken_out_of_legs_before_a_step_that_it_would_spoil(athlete, dem, state, rest, walk, from_step):
+    assert len(foot_moves_of(from_step)[0]) == 1
+    rover, body_move = CompliantRover(athlete, dem), parts_of(walk)[0]
+    assert isinstance(body_move, BodyMovePlan)
+    began = beginning(athlete, dem, state, ExecutionSettings(), rest.commanded)
+    assert not isinstance(began, No)
+    rest = body_executed(began, body_move, ExecutionSettings(), body_move.provenance).end
+    assert rest is not None
+    leg = next(leg for leg in athlete.legs if leg != from_step.legs[0])
+    target = np.array(rest.commanded)
+    target[6 * leg] += 0.08
+    strained = advanced(rover, rest, target)
+    assert strained.settled
+
+    def use(forces, normals):
+        loads = np.sum(forces * normals, axis=-1, keepdims=True)
+        sideways = np.linalg.norm(forces - loads * normals, axis=-1)
+        return sideways / (FRICTION * np.maximum(loads[..., 0], 1e-9))
+
+    begins = use(strained.forces, strained.normals)[leg]
+    asked = ExecutionSettings(spare_friction=1.0 - 0.9 * begins)
+    done = done_in(
+        plan_walk_execution(athlete, dem, rover.state(strained), from_step, asked, strained.commanded, count=1)
+    )
+    body, step = done.moves[0].body, done.moves[0].step
+    assert body is not None
+    assert step is not None
+    assert np.array_equal(body.commanded[0], strained.commanded)
+    # it stays where it is and lets go
+    assert np.linalg.norm(body.Ts_site_base[-1, :3, 3] - from_step.Ts_site_base[0, :3, 3]) < 0.01
+    assert body.friction_use[-1].max() <= 0.9 * begins
+    assert step.friction_use[:, [one for one in athlete.legs if one != step.leg]].max() <= 0.9 * begins
+    # unstrained, it needs none of that
+    plain = done_in(
+        plan_walk_execution(athlete, dem, rover.state(rest), from_step, asked, rest.commanded, count=1)
+    ).moves[0]
+    assert plain.body is None

@@ -11,7 +11,8 @@ no-drag            the material of a wheel that bears slips over the ground by  
                    little: 5 mm of one that stands, 20 mm of one that steps
 balance            the wheels that stand keep their load, and the centre of mass   m
                    is inside their polygon
-torque             stiffness × (set point − joint) within the joint's limit        ratio
+torque             stiffness × (set point − joint) within the joint's limit; what  ratio
+                   is beyond it already gets no worse, and is within it in the end
 lift-off           at the end of a lift the wheel is off the ground                m
 ends-on-ground     a leg that was moved by itself, or stood, bears load at the end N
 =================  ==============================================================  =========
@@ -32,6 +33,7 @@ from footfall.core.frames import apply
 from footfall.planning.compliance.compliant_rover import CompliantRover, RestingRover
 from footfall.planning.compliance.from_telemetry import LEAST_LOAD
 from footfall.planning.execution.plan import rim_clearance
+from footfall.planning.execution.prediction_checks import WORSE
 from footfall.planning.execution.problem import PHASES
 from footfall.planning.stance.move_checks import LOCKED, coms_of, dense
 from footfall.planning.stance.whole_body import NearestGap, WholeBody
@@ -71,6 +73,7 @@ def check_yielding(
     stepping = stepping_legs(commands)
     lifts = {max(up) for rows in _steps(commands) if (up := [i for i in rows if commands[i].phase == "lift"])}
     slipped = np.zeros((robot.leg_count, 3))
+    allowed = _shares_at_first(robot, way.rows[moves[0]].rests[0])
     results: list[RuleResult] = []
     for row in moves:
         going, leg = way.rows[row], stepping[row]
@@ -80,7 +83,8 @@ def check_yielding(
         results += _collisions(row, going, body, leg, commands[row].phase == "swing")
         results.append(_drag(way.rover, row, going, leg, slipped))
         results.append(_balance(way.rover, row, going, leg, settings))
-        results.append(_torque(robot, row, going))
+        results.append(_torque(robot, row, going, allowed, row == moves[-1]))
+        allowed = np.where(_shares(robot, going.rests[-1]) > 1.0, allowed, 1.0)
         if row in lifts and leg is not None:
             results.append(_lift_off(way.rover, row, going.rests[-1], leg))
     return results + list(_ends(way, {leg: row for row in moves if (leg := stepping[row]) is not None}, moves[-1]))
@@ -220,13 +224,31 @@ def _balance(
     return RuleResult("balance", row, least >= 0, least, "m", text)
 
 
-def _torque(robot: Robot, row: int, going: YieldingRow) -> RuleResult:
-    ratios = np.abs([rest.torques for rest in going.rests]) / robot.torque_limits
-    at, joint = np.unravel_index(int(np.argmax(ratios)), ratios.shape)
-    ratio = float(ratios[at, joint])
-    used, where = beside(100 * ratio, 100.0, 0)[0], f"{at / (len(going.rests) - 1):.0%} of the row"
+def _shares(robot: Robot, rest: RestingRover) -> Array:
+    """Of their torque limits that joints bear, (legs × 6,)."""
+    return np.abs(rest.torques) / robot.torque_limits
+
+
+def _shares_at_first(robot: Robot, rest: RestingRover) -> Array:
+    """Of their limits that joints may bear until they are back within them, (legs × 6,): 1, or hardly more than as the
+    rover stands now: what bears too much already is led out of it.
+    """
+    return 1.0 + WORSE * np.maximum(_shares(robot, rest) - 1.0, 0.0)
+
+
+def _torque(robot: Robot, row: int, going: YieldingRow, allowed: Array, ends: bool) -> RuleResult:
+    """allowed: (legs × 6,) shares of the limits that joints may bear in the row; where it ends the motion, 1 then."""
+    ratios = np.array([_shares(robot, rest) for rest in going.rests])
+    most = np.tile(allowed, (len(ratios), 1))
+    if ends:
+        most[-1] = 1.0
+    at, joint = np.unravel_index(int(np.argmax(ratios - (most - 1.0))), ratios.shape)
+    ratio, limit = float(ratios[at, joint]), float(most[at, joint])
+    used, where = beside(100 * ratio, 100 * limit, 0)[0], f"{at / (len(going.rests) - 1):.0%} of the row"
     text = f"{robot.joint_names[joint]} at {used}% of its limit at {where}"
-    return RuleResult("torque", row, ratio <= 1.0, 1.0 - ratio, "of the limit", text)
+    if limit > 1.0:
+        text += f"; it bears too much already, and may bear {100 * limit:z.0f}% until it is back within its limit"
+    return RuleResult("torque", row, ratio <= limit, limit - ratio, "of the limit", text)
 
 
 def _lift_off(rover: CompliantRover, row: int, rest: RestingRover, leg: int) -> RuleResult:

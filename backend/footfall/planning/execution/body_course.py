@@ -25,12 +25,16 @@ Array = NDArray[np.float64]
 
 FEWEST = 4
 """Rows of the shortest move."""
+NEAREST, LEAST_FORCE, LEAST_TORQUE = "nearest", "least_force", "least_torque"
+ENDS = (NEAREST, LEAST_FORCE, LEAST_TORQUE)
+"""Which forces hold the rover where a move ends, of those inside friction: those nearest to the ones that hold it at
+first; those of least norm, and those nearest to the ones of least torque, which take legs out of their strain."""
 
 
 class BodyCourse:
     """The chassis' way: rests, one for each row, and where the chassis was wanted, Ts (n, 4, 4).
 
-    Forces go from those that hold the rover at first to those nearest to them that hold it inside friction where it
+    Forces go from those that hold the rover at first to others, one of ENDS, that hold it inside friction where it
     ends, changed least on the way so that they balance it. Each standing hub is shifted by −Δf / k_w, and set points
     are q + (G − Jᵀ f) / k. Raises Lost where no legs, or no forces, hold the chassis.
     """
@@ -42,15 +46,14 @@ class BodyCourse:
         plan: BodyMovePlan,
         settings: ExecutionSettings,
         progress: Progress,
+        end: str = NEAREST,
     ) -> None:
         self.rover, self.robot, self.start = rover, rover.robot, start
         self.standing = start.touching
         self._holder = Holder(rover, start)
         planned, shares = _finer(plan)
         self.wanted = faded(start.T_site_base, planned, shares)
-        ends = self._holder.inside_friction(
-            plan.waypoints[-1], self.wanted[-1], self.standing, settings.spare_friction, start.forces
-        )
+        ends = self._ends(plan.waypoints[-1], settings.spare_friction, end)
         if ends is None:
             raise Lost("no contact forces inside friction hold the rover where the chassis is to go")
         walker = Walker(rover, start, BODY, len(shares), progress)
@@ -62,6 +65,14 @@ class BodyCourse:
             posture = self._over_wheels(T, forces, posture)
             walker.go(self._holder.set_points(posture, T, forces), BODY)
         self.rests = tuple(walker.rests)
+
+    def _ends(self, posture: Array, spare_friction: float, end: str) -> Array | None:
+        """Forces (legs, 3) that hold the rover where it ends, one of ENDS; None where none inside friction do."""
+        T, standing = self.wanted[-1], self.standing
+        near = self.start.forces if end == NEAREST else None
+        if end == LEAST_TORQUE:
+            near = self._holder.least_torque(posture, T, standing)
+        return self._holder.inside_friction(posture, T, standing, spare_friction, near)
 
     def _over_wheels(self, T_site_base: Array, forces: Array, last: Array) -> Array:
         """The posture nearest to ``last`` whose standing wheels are where these forces press them, as turned as ever.

@@ -9,7 +9,7 @@ from footfall.core.progress import Progress, no_progress, part
 from footfall.core.value import Provenance
 from footfall.planning.compliance.compliant_rover import RestingRover
 from footfall.planning.execution.begin import Beginning, asked_of, beginning, moved
-from footfall.planning.execution.body_course import BodyCourse
+from footfall.planning.execution.body_course import ENDS, NEAREST, BodyCourse
 from footfall.planning.execution.execution_settings import ExecutionSettings
 from footfall.planning.execution.forces import borne
 from footfall.planning.execution.pace import durations, pauses
@@ -38,6 +38,9 @@ def plan_body_execution(
     Of the settings mode, lift and lowering count for nothing. state: as measured now, where the plan starts; commanded:
     (legs × 6,) the present set points; None: posture + torque / stiffness. progress: may raise Cancelled.
 
+    Where the move fails a check with the forces that change least, it is tried with others, see
+    :data:`.body_course.ENDS`.
+
     Returns a result; a move that can't be executed is a result with a reason. Raises InvalidInput where plan, state or
     settings are of another robot or make no sense.
     """
@@ -53,7 +56,11 @@ def plan_body_execution(
     began = beginning(robot, dem, state, settings, commanded)
     if isinstance(began, No):
         return no(began.status, began.reason)
-    return body_executed(began, plan, settings, provenance, progress).result
+    first = body_executed(began, plan, settings, provenance, progress).result
+    if first.status is Status.FOUND:
+        return first
+    others = (body_executed(began, plan, settings, provenance, progress, end).result for end in ENDS[1:])
+    return next((one for one in others if one.status is Status.FOUND), first)
 
 
 @dataclass(frozen=True)
@@ -70,11 +77,15 @@ def body_executed(
     settings: ExecutionSettings,
     provenance: Provenance,
     progress: Progress = no_progress,
+    end: str = NEAREST,
 ) -> BodyExecuted:
-    """The move from the rest it begins with, measured or predicted, checked where the rover is predicted to be."""
+    """The move from the rest it begins with, measured or predicted, checked where the rover is predicted to be.
+
+    end: which forces hold the rover then, one of :data:`.body_course.ENDS`.
+    """
     rover = began.rover
     try:
-        course = BodyCourse(rover, began.rest, plan, settings, part(progress, 0.0, 0.7))
+        course = BodyCourse(rover, began.rest, plan, settings, part(progress, 0.0, 0.7), end)
     except Lost as lost:
         reason = f"{lost}; move the chassis less far, or step with that leg first"
         return BodyExecuted(BodyExecutionResult(Status.NO_PATH, None, reason, (), provenance), None)

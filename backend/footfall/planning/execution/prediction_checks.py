@@ -42,6 +42,8 @@ ADVICE = {
 
 ASTRAY = 0.01
 """So far a chassis whose pose is held may be predicted from where it is to be [m]."""
+WORSE = 1.05
+"""What the start of a move lacks already may become so many times as much on the way."""
 LEAN = 0.003
 """A wheel nearer than this to the ground on another side leans against it [m]: hubs are predicted so well."""
 
@@ -73,7 +75,11 @@ def checks_of(
 def body_checks_of(
     robot: Robot, done: BodyExecution, rests: Sequence[RestingRover], body: WholeBody, settings: ExecutionSettings
 ) -> tuple[Check, ...]:
-    """Every check of a move of the chassis; rests: where the rover is predicted to be, n of them."""
+    """Every check of a move of the chassis; rests: where the rover is predicted to be, n of them.
+
+    A joint, or a wheel, that bears more than it may where the move begins, as it was measured there, must not bear yet
+    more on the way, and no more than it may in the end: a rover that stands so is to be led out of it.
+    """
     where = _where(done)
     supports = [int(leg) for leg in np.flatnonzero(rests[0].touching)]
     standing = {link_name(leg, part) for leg in supports for part in LOCKED}
@@ -86,7 +92,7 @@ def body_checks_of(
         _limits("joint limits", robot, inside(robot, done.predicted), where),
         _own(body, done, path),
         _near("terrain collision", nearest, np.arange(len(path.part)), done, path),
-        *_borne(robot, done, rests, supports, settings),
+        *_borne(robot, done, rests, supports, settings, led_back=True),
         _balance(robot, done, contacts[:, supports], settings),
         _pose(done),
     )
@@ -102,24 +108,40 @@ def _pose(done: BodyExecution) -> Check:
 
 
 def _borne(
-    robot: Robot, done: Predicted, rests: Sequence[RestingRover], supports: list[int], settings: ExecutionSettings
+    robot: Robot,
+    done: Predicted,
+    rests: Sequence[RestingRover],
+    supports: list[int],
+    settings: ExecutionSettings,
+    led_back: bool = False,
 ) -> tuple[Check, ...]:
-    """What joints and supporting wheels bear."""
+    """What joints and supporting wheels bear. led_back: what the first row lacks may be lacking until the last."""
     where = _where(done)
     ratios = np.abs([one.torques for one in rests]) / robot.torque_limits
+
+    def check(name: str, spare: Array, unit: str, bearer: Callable[[int], str]) -> Check:
+        lacking = np.minimum(spare[0], 0.0) if led_back else np.zeros(spare.shape[1])
+        allowed = np.outer(np.arange(len(spare)) < len(spare) - 1, WORSE * lacking)
+
+        def told(at: int, column: int) -> str:
+            began = f"; it lacked {-lacking[column]:z.3g} {unit} where it began" if lacking[column] < 0 else ""
+            return f"{bearer(column)}, {where(at)}{began}"
+
+        return _worst(name, spare - allowed, unit, told)
+
     return (
-        _worst("torque", 1.0 - ratios, "of the limit", lambda at, joint: f"{robot.joint_names[joint]}, {where(at)}"),
-        _worst(
+        check("torque", 1.0 - ratios, "of the limit", lambda joint: robot.joint_names[joint]),
+        check(
             "friction",
             1.0 - settings.spare_friction - done.friction_use[:, supports],
             "of the cone",
-            lambda at, i: f"leg {supports[i]}, {where(at)}",
+            lambda i: f"leg {supports[i]}",
         ),
-        _worst(
+        check(
             "load on the supporting wheels",
             done.loads[:, supports] - settings.least_load,
             "N",
-            lambda at, i: f"leg {supports[i]}, {where(at)}",
+            lambda i: f"leg {supports[i]}",
         ),
     )
 

@@ -25,10 +25,23 @@ def parts_of(plan: WalkPlan) -> tuple[BodyMovePlan | StepPlan, ...]:
     return tuple(_parts(plan))
 
 
-def _parts(plan: WalkPlan) -> Iterator[BodyMovePlan | StepPlan]:
+def stay(plan: WalkPlan, number: int) -> BodyMovePlan:
+    """A move of the chassis from where the step of foot move ``number`` begins to there: forces shift, nothing else."""
+    parents, settings = _given(plan)
+    moving = (plan.moves == number) & np.array([phase != BODY for phase in plan.phases])
+    before = int(np.flatnonzero(moving)[0]) - 1
+    return _body_move(plan, number, [before, before], parents, settings)
+
+
+def _given(plan: WalkPlan) -> tuple[dict[str, str], WalkSettings]:
+    """Parents and settings of the parts."""
     parents = {name: digest for name, digest in plan.parents.items() if name != "state"} | {"walk": plan.digest}
     asked = plan.provenance.settings
-    settings = asked if isinstance(asked, WalkSettings) else WalkSettings()
+    return parents, asked if isinstance(asked, WalkSettings) else WalkSettings()
+
+
+def _parts(plan: WalkPlan) -> Iterator[BodyMovePlan | StepPlan]:
+    parents, settings = _given(plan)
     in_body = np.array([phase == BODY for phase in plan.phases])
     at = 0
     for number in range(plan.foot_moves + 1):
@@ -47,7 +60,7 @@ def _parts(plan: WalkPlan) -> Iterator[BodyMovePlan | StepPlan]:
 
 
 def _body_move(
-    plan: WalkPlan, number: int, rows: slice, parents: dict[str, str], settings: WalkSettings
+    plan: WalkPlan, number: int, rows: slice | list[int], parents: dict[str, str], settings: WalkSettings
 ) -> BodyMovePlan:
     """The move of the chassis before foot move ``number``, or after the last."""
     poses, contacts = plan.Ts_site_base[rows], plan.stances[number].contacts

@@ -10,6 +10,7 @@ from footfall.core.progress import Progress, no_progress, part
 from footfall.core.value import Provenance
 from footfall.planning.compliance.compliant_rover import RestingRover
 from footfall.planning.execution.begin import REACH_OUT, Beginning, beginning, require_fit
+from footfall.planning.execution.body_course import ENDS, NEAREST
 from footfall.planning.execution.body_plan import BodyExecuted, body_executed
 from footfall.planning.execution.execution_settings import HELD, ExecutionSettings
 from footfall.planning.execution.plan import Executed, executed
@@ -17,7 +18,7 @@ from footfall.planning.execution.problem import BodyExecution, Execution
 from footfall.planning.stance.body_move import No
 from footfall.planning.stance.move import BodyMovePlan
 from footfall.planning.step.problem import Check, Status, StepPlan
-from footfall.planning.walk.parts import parts_of
+from footfall.planning.walk.parts import parts_of, stay
 from footfall.planning.walk.problem import WalkPlan, part_name
 from footfall.planning.walk_execution.off_walk import off_walk
 from footfall.planning.walk_execution.payload import with_load_of
@@ -60,7 +61,7 @@ def plan_walk_execution(
     asked = _asked(walk, first, count)
     require_fit(robot, state, walk.parents)
     parents = {"walk": walk.digest, "state": state.digest, "dem": dem.digest, "robot": robot.digest}
-    way = _Way(robot, dem, state, commanded, settings, Provenance(parents, settings))
+    way = _Way(robot, dem, state, commanded, settings, Provenance(parents, settings), walk)
     done: list[FootMoveExecution] = []
     for i, (number, parts) in enumerate(asked):
         now = part(progress, i / len(asked), (i + 1) / len(asked))
@@ -106,19 +107,40 @@ class _Way:
         commanded: ArrayLike | None,
         settings: ExecutionSettings,
         provenance: Provenance,
+        walk: WalkPlan,
     ) -> None:
+        self.walk = walk
         self.robot, self.dem, self.settings, self.provenance = robot, dem, settings, provenance
         self.state, self._commanded = state, commanded
         self.rest: RestingRover | None = None
         self.checks: list[Check] = []
 
     def foot_move(self, number: int, called: str, parts: Iterable[Part], progress: Progress) -> FootMoveExecution | No:
-        """The executions of a foot move, all of whose checks hold, or why there are none."""
+        """The executions of a foot move, all of whose checks hold, or why there are none.
+
+        Where one fails, and other forces may hold the rover where its chassis has moved, or stays, those are tried.
+        """
+        parts = tuple(parts)
+        before = self.state, self.rest, tuple(self.checks)
+        first = self._with_forces(number, called, parts, NEAREST, progress)
+        if not isinstance(first, No) or first.status is not Status.NO_PATH:
+            return first
+        begun = parts if isinstance(parts[0], BodyMovePlan) else (stay(self.walk, number), *parts)
+        for end in ENDS[1:]:
+            self.state, self.rest, self.checks = before[0], before[1], list(before[2])
+            found = self._with_forces(number, called, begun, end, progress)
+            if not isinstance(found, No):
+                return found
+        return first
+
+    def _with_forces(
+        self, number: int, called: str, parts: tuple[Part, ...], end: str, progress: Progress
+    ) -> FootMoveExecution | No:
+        """As :meth:`foot_move`. end: one of ENDS, which forces hold the rover where its chassis has moved to."""
         body: BodyExecution | None = None
         step: Execution | None = None
-        parts = tuple(parts)
         for i, one in enumerate(parts):
-            found = self._part(called, one, part(progress, i / len(parts), (i + 1) / len(parts)))
+            found = self._part(called, one, end, part(progress, i / len(parts), (i + 1) / len(parts)))
             if isinstance(found, No):
                 return replace(found, reason=f"{called}: {found.reason}")
             if isinstance(found, Execution):
@@ -138,7 +160,7 @@ class _Way:
         execution = WalkExecution(tuple(done), self.provenance) if done else None
         return WalkExecutionResult(status, execution, reason, checks, self.provenance, failed_at)
 
-    def _part(self, called: str, plan: Part, progress: Progress) -> BodyExecution | Execution | No:
+    def _part(self, called: str, plan: Part, end: str, progress: Progress) -> BodyExecution | Execution | No:
         progress(0.0, "looking at the ground")
         T_site_base = plan.T_site_base if isinstance(plan, StepPlan) else plan.Ts_site_base[0]
         away = off_walk(self.robot, self.state, plan.waypoints[0], T_site_base)
@@ -148,7 +170,7 @@ class _Way:
         began = beginning(self.robot, self.dem, self.state, self.settings, self._commanded, REACH_OUT, self.rest)
         if isinstance(began, No):
             return began
-        found = self._executed(began, plan, progress)
+        found = self._executed(began, plan, end, progress)
         result = found.result
         told = tuple(replace(check, where=f"{called}: {check.where}") for check in result.checks)
         if result.status is not Status.FOUND or result.execution is None or found.end is None:
@@ -157,10 +179,10 @@ class _Way:
         self.rest, self.state = found.end, began.rover.state(found.end, self.state.time)
         return result.execution
 
-    def _executed(self, began: Beginning, plan: Part, progress: Progress) -> BodyExecuted | Executed:
+    def _executed(self, began: Beginning, plan: Part, end: str, progress: Progress) -> BodyExecuted | Executed:
         provenance = replace(self.provenance, parents=dict(self.provenance.parents) | {"plan": plan.digest})
         if isinstance(plan, BodyMovePlan):
-            return body_executed(began, plan, self.settings, provenance, progress)
+            return body_executed(began, plan, self.settings, provenance, progress, end)
         return executed(began, self.dem, self.state, plan, self.settings, provenance, progress)
 
 
