@@ -9,7 +9,7 @@ import pytest
 from shapely.geometry import LineString, Point
 
 import footfall.session.walking as walking_module
-from footfall.core.errors import CommandRefused, Conflict
+from footfall.core.errors import CommandRefused, Conflict, InvalidInput
 from footfall.core.frames import inverse, rotation, transform
 from footfall.planning.route.problem import NoGo, RouteSettings
 from footfall.planning.step.problem import Status
@@ -18,6 +18,7 @@ from footfall.planning.walk import plan as planning
 from footfall.planning.walk.problem import WalkGoal, WalkSettings
 from footfall.planning.walk.smoothing import Smoothing
 from footfall.planning.walk_execution.decision import WayOnSettings
+from footfall.planning.walk_execution.firmer import firmer
 from footfall.sequence.commands import wait
 from footfall.sequence.edit import Edit
 from footfall.session.access.identity import Identity, Role
@@ -27,6 +28,7 @@ from footfall.session.loop_settings import LoopSettings
 from footfall.session.products.kinds import FOOT_MOVES, ROUTE, WALK
 from footfall.session.registry import Sessions
 from footfall.session.replay.recompute import replay
+from footfall.session.walk_loop import WalkLoop
 from footfall.telemetry.state import TelemetryFrame
 from tests.support.drifted import looked_twice
 from tests.support.waiting import BOUND, joined, until
@@ -433,6 +435,31 @@ def test_where_a_search_runs_out_of_time_it_goes_first_where_that_came(live, rov
     assert "look" not in acts
     told = [event.payload["reason"] for event in live.events() if event.type == "walk_decided"]
     assert "where the latest search came nearest" in told[1]
+
+
+def test_a_walk_whose_commands_are_refused_is_planned_as_far_and_more_firmly(live, rover, monkeypatch):
+    """The rover would not stand firmly by the first plan, nor after a look, nor by the second; by the third it does."""
+    plain, refusals = live.walks.command, iter(range(3))
+
+    def command(walk, first, *asked, **more):
+        if next(refusals, None) is not None:
+            raise InvalidInput("foot move 1: nothing holds the rover in balance")
+        return plain(walk, first, *asked, **more)
+
+    monkeypatch.setattr(live.walks, "command", command)
+    monkeypatch.setattr(WalkLoop, "_look", lambda _, so_far: replace(so_far, looked=True, refused=""))
+    far = WalkGoal(1.2, 0.1)
+    loop = live.walk_to(far, replace(UNSEEN, farthest=0.7, way_on=WayOnSettings(look_every=0)))
+    rover.before_row = lambda rows: loop.leave() if loop.foot_moves else None
+    ended(loop)
+    assert decided(live)[:7] == ["replan", "go", "look", "go", "replan", "go", "replan"]
+    made = [one for one in live.state.products.values() if one.kind == WALK.name]
+    asked = [live.get(one.settings).settings for one in made]
+    assert [one.digest for one in asked] == [
+        replace(firmer(UNSEEN.walk, times), seed=UNSEEN.walk.seed + times).digest for times in range(3)
+    ]
+    goals = [live.get(digest).goal for digest, one in live.state.products.items() if one.kind == WALK.name]
+    assert all(goal.x == pytest.approx(goals[0].x, abs=0.05) for goal in goals)
 
 
 AROUND = replace(UNSEEN, farthest=0.9, route=RouteSettings(no_go=(NoGo(0.8, 0.0, 0.25),)))

@@ -43,11 +43,15 @@ class Pieces:
 
     def plan(self, so_far: SoFar) -> tuple[WalkPlan | None, SoFar]:
         """The walk of the next piece, None where there is none, and what was done then."""
+        from footfall.planning.walk_execution.firmer import firmer
         from footfall.planning.walk_execution.stage import Stage, came_nearest, next_goal
 
         so_far = replace(so_far, anew=so_far.anew + 1)
-        dem, live, farthest = newest_dem(self._live), self._live, self.ways.farthest / 2 ** (so_far.anew - 1)
-        asked = replace(self._settings.walk, seed=self._settings.walk.seed + so_far.anew - 1)
+        # a plan that was found was not too far, but not firm enough
+        not_found = max(so_far.anew - 1 - so_far.declined, 0)
+        dem, live, farthest = newest_dem(self._live), self._live, self.ways.farthest / 2**not_found
+        asked = firmer(self._settings.walk, so_far.declined)
+        asked = replace(asked, seed=asked.seed + so_far.anew - 1)
         stage: Stage | str = "no ground is known yet" if so_far.nearest is None else Stage(so_far.nearest, asked)
         live.stances.freeze()
         if so_far.nearest is None and dem is not None:

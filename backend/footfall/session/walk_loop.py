@@ -217,7 +217,7 @@ class WalkLoop:
         try:
             sequence = live.walks.command(self._pieces.walk, number, count)
         except FootFallError as error:
-            return number, replace(so_far, refused=error.message)
+            return number, _declined(so_far, error.message)
         refused = None
         while refused is None:
             # making them may have taken longer than telemetry is good for
@@ -225,7 +225,7 @@ class WalkLoop:
             self._until(lambda: not self._free.is_set() or self._is_fresh(STALE_AFTER / 2), "telemetry that is new")
             refused = self._send(sequence)
         if refused:
-            return number, replace(so_far, refused=refused)
+            return number, _declined(so_far, refused)
         self._until(self._is_carried_out, CARRIED_OUT)
         (outcome, reason), frame = live.commands.end_of_run(self._sent) or ("", ""), live.rover.frame
         self._seen = -1 if frame is None else frame.number
@@ -233,7 +233,8 @@ class WalkLoop:
             raise Conflict(f"the commands were not carried out to their end: {reason}")
         moved = len(live.walks.foot_moves_in(sequence))
         self.foot_moves += moved
-        return number + moved, replace(so_far, moved=so_far.moved + moved, looked=False, anew=0, refused="")
+        now = replace(so_far, moved=so_far.moved + moved, looked=False, anew=0, declined=0, refused="")
+        return number + moved, now
 
     def _send(self, sequence: str) -> str | None:
         """Why the gate refused what another plan may pass, "" where it was sent, None where it was held meanwhile.
@@ -356,6 +357,11 @@ class WalkLoop:
             self._live.record_decision("end", f"{outcome}: {reason}")
         finally:
             self._over.set()
+
+
+def _declined(so_far: SoFar, why: str) -> SoFar:
+    # the first time it looks, and the same plan is tried once more
+    return replace(so_far, refused=why, declined=so_far.declined + so_far.looked)
 
 
 class _Cancelled(Exception):

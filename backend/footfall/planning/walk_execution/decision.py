@@ -31,7 +31,7 @@ class WayOnSettings(Value):
     look_every: int = 1
     least_margin: float = 0.05
     most_torque: float = 0.9
-    most_anew: int = 3
+    most_anew: int = 5
 
     def check(self) -> None:
         require_above_zero(foot_moves=self.foot_moves, most_torque=self.most_torque, most_anew=self.most_anew)
@@ -49,7 +49,8 @@ class WayOn(Value):
 @dataclass(frozen=True)
 class SoFar:
     """What was done already. moved: foot moves since the latest look. looked: whether it looked since it last moved;
-    anew: how often it was planned anew since. refused: why what was decided last can't be done: no walk was found, or
+    anew: how often it was planned anew since, declined: for how many of those plans no commands were made or sent, as
+    the rover would not stand firmly. refused: why what was decided last can't be done: no walk was found, or
     the next foot move of the walk can't be commanded; empty where nothing was refused. nearest: where a search came
     that found no walk, which is gone to first. short: why the walk ends before the goal; empty where it does not.
     """
@@ -57,6 +58,7 @@ class SoFar:
     moved: int = 0
     looked: bool = False
     anew: int = 0
+    declined: int = 0
     refused: str = ""
     nearest: WalkGoal | None = None
     short: str = ""
