@@ -19,7 +19,8 @@ from footfall.sim.render import render_snapshot
 from footfall.telemetry.images import Snapshot
 from footfall.terrain.build import build_terrain
 from footfall.terrain.dem import Dem
-from footfall.terrain.fusion.align import align
+from footfall.terrain.fusion import align as alignment
+from footfall.terrain.fusion.align import SURPRISING, align
 from footfall.terrain.generate import plane
 from footfall.terrain.ground.surface import height_at
 from footfall.terrain.terrain_settings import TerrainSettings
@@ -170,3 +171,47 @@ def test_variance_tells_the_error(rock_dem, rocks):
     assert (deviations < 2.0).mean() > 0.93
     assert np.median(deviations) > 0.67 / 3
     assert np.median(rock_dem.variance[known & (rock_dem.count >= 2)]) < np.median(rock_dem.variance[known])
+
+
+def ripples(rng):
+    """Ground that is flat but for waves of a few millimetres."""
+    ways = rng.uniform(0.0, 2.0 * np.pi, 6)
+    waves = [(rng.uniform(1.0, 5.0), way, rng.uniform(0.0, 2.0 * np.pi)) for way in ways]
+    return lambda x, y: sum(0.0008 * np.sin(k * (np.cos(a) * x + np.sin(a) * y) + phase) for k, a, phase in waves)
+
+
+def seen_twice(seed, rocks=(), shift=(0.0, 0.0)):
+    """A map of almost flat ground, and points whose errors are half those of the map, but moved with the rover.
+
+    rocks: (x, y, height) of rocks half a metre wide on both; shift: of all points by the pose's error.
+    """
+    rng = np.random.default_rng(seed)
+    own, other, grid = ripples(rng), ripples(rng), GridGeometry(-3.0, -3.0, 0.02, 301, 301)
+
+    def ground(x, y):
+        return sum(h * np.exp(-((x - at) ** 2 + (y - on) ** 2) / 0.25**2) for at, on, h in rocks) + 0.0 * x
+
+    x, y = np.meshgrid(grid.xs, grid.ys)
+    map = Dem((ground(x, y) + own(x, y)).astype(np.float32), grid, "ripples", Provenance({}))
+    xy = rng.uniform(-2.5, 2.5, (8000, 2))
+    heights = ground(*xy.T) + 0.55 * own(*(xy - (0.1, 0.03)).T) + 0.45 * other(*xy.T) + rng.normal(0, 0.001, 8000)
+    return map, np.column_stack([xy + shift, heights]), np.full(8000, 0.001)
+
+
+def test_ripples_of_millimetres_do_not_move_the_rover_far(monkeypatch):
+    scenes = [seen_twice(seed) for seed in range(8)]
+    most = SURPRISING * TerrainSettings().pose_shift
+    shifts = np.array([align(*scene, CENTER).shift for scene in scenes])
+    assert shifts.max() <= most
+    # by the least squares alone most of them would
+    monkeypatch.setattr(alignment, "CLEARLY", -np.inf)
+    misled = np.array([align(*scene, CENTER).shift for scene in scenes])
+    assert (misled > most).sum() > len(scenes) / 2
+    assert np.array_equal(shifts, np.where(misled > most, 0.0, misled))
+
+
+def test_a_surprising_shift_that_the_ground_tells_is_believed():
+    rocks = [(-1.5, 1.0, 0.2), (0.4, -1.2, 0.3), (1.6, 0.8, 0.15), (-0.6, -0.3, 0.1), (0.9, 1.7, 0.25)]
+    found = align(*seen_twice(3, rocks, (0.12, -0.05)), CENTER)
+    assert found.shift > SURPRISING * TerrainSettings().pose_shift
+    assert np.linalg.norm(frames.apply(found.correction, CENTER + np.array([0.12, -0.05, 0.0])) - CENTER) < 0.02

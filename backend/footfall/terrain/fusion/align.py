@@ -29,6 +29,13 @@ FARTHEST = 0.3
 MIN_AGREEING = 0.5
 """A fit leaves at least this share of the points within the gate of the map, or the ground is another one."""
 
+SURPRISING = 2.5
+"""A fit that moves the chassis by more of its expected deviations than this is believed only where it is CLEARLY so."""
+
+CLEARLY = 0.2
+"""The least share by which such a fit must lessen the points' robust cost: on ground that is almost flat its ripples
+lead a fit 0.1 m astray, which lessens it by a twentieth."""
+
 _INDEPENDENT = 0.1
 """Errors of neighbouring pixels are one error: this many independent measurements per point."""
 
@@ -97,12 +104,25 @@ def align(
     shift, angles = np.round(shift, 6), np.round(angles, 7)
     R = frames.rotation_rpy(*angles)
     correction = frames.transform(R, center + shift - R @ center)
-    left = surface.distance(_product(R, arms) + center + shift)[0]
-    left = np.abs(left[np.isfinite(left)])
+    there = surface.distance(_product(R, arms) + center + shift)[0]
+    if np.linalg.norm(shift) > SURPRISING * settings.pose_shift and not _clearly_nearer(off, there, deviation):
+        return Alignment(np.eye(4), 0.0, 0.0, known, before, before)
+    left = np.abs(there[np.isfinite(there)])
     turn = float(2.0 * np.arcsin(min(1.0, np.linalg.norm(R - np.eye(3)) / math.sqrt(8.0))))
     found = Alignment(correction, float(np.linalg.norm(shift)), turn, known, before, float(np.median(left)))
     _accept(found, float((left <= settings.gate).mean()), settings)
     return found
+
+
+def _clearly_nearer(before: Array, after: Array, deviation: Array) -> bool:
+    """Whether points that are ``before`` and ``after`` (n,) [m] from the map, NaN where it is unknown, clearly fit it
+    better: by their robust cost, at the scale that they have at first.
+    """
+    both = np.isfinite(before) & np.isfinite(after)
+    both[both] = (np.abs(before[both]) < FARTHEST) & (np.abs(after[both]) < FARTHEST)
+    scale = np.maximum(deviation[both], 1.4826 * float(np.median(np.abs(before[both]))))
+    first, last = (float(np.log1p((r[both] / (_ROBUST * scale)) ** 2).sum()) for r in (before, after))
+    return last <= (1.0 - CLEARLY) * first
 
 
 def _accept(found: Alignment, agreeing: float, settings: TerrainSettings) -> None:
