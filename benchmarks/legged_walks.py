@@ -39,7 +39,7 @@ PARTS = ("commands", "physics")
 ROUGH = 0.05
 """Standard deviation of the rough ground's heights, as a share of the longest leg."""
 EVERY = 60
-"""Waypoints between two rechecks of forces and distances."""
+"""Waypoints between two rechecks of forces and distances; the weight is looked at in each."""
 
 
 @dataclass(frozen=True)

@@ -9,6 +9,7 @@ from tempfile import mkdtemp
 import numpy as np
 import pytest
 
+from footfall.balance.support import margin
 from footfall.core.errors import InvalidInput, InvalidRobot
 from footfall.core.frames import apply
 from footfall.io.urdf.read import read_urdf
@@ -158,6 +159,22 @@ def test_the_judge_sees_a_foot_that_is_dragged_and_a_body_that_sinks(short_walk)
     shifted = plan.Ts_site_base.copy()
     shifted[:, 0, 3] += 0.5
     assert any("outside the feet" in fault for fault in judged(6, dem, replace(plan, Ts_site_base=shifted)))
+
+
+def test_the_judge_weighs_every_waypoint(short_walk):
+    """Its margin is the least that the planner's own polygon has at any waypoint, however seldom forces are asked."""
+    robot, dem, _, result = short_walk
+    plan, path = result.plan, robot_of(6)[0]
+    found = Recheck(path, robot, []).walk(dem, plan, len(plan.waypoints))
+    contacts, spares = plan.start.contacts.copy(), []
+    for k, leg in enumerate(plan.legs):
+        center = apply(plan.Ts_site_base[k], placed(robot, plan.waypoints[k]).com)
+        spares.append(margin(contacts[[one for one in robot.legs if one != leg]], center[:2]))
+        if leg >= 0:
+            sole = apply(plan.Ts_site_base[k], placed(robot, plan.waypoints[k]).soles[leg])
+            contacts[leg] = sole - [0.0, 0.0, robot.radii[leg]]  # on level ground
+    assert found.margin == pytest.approx(min(spares), abs=1e-4)
+    assert min(spares[::EVERY]) > found.margin + 1e-3, "every so many would have missed it"
 
 
 def test_a_step_goes_where_it_was_asked_to_and_other_feet_stay():

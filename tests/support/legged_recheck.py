@@ -115,7 +115,8 @@ class Recheck:
         return np.array(in_base) @ T_site_base[:3, :3].T + T_site_base[:3, 3]
 
     def walk(self, dem: Dem, plan: LeggedPlan, every: int) -> Found:
-        """Every waypoint and the middles between them by kinematics; every so many by forces and distances."""
+        """Every waypoint by the weight's margin, and by kinematics, the middles between them too; every so many by
+        forces and distances."""
         found, ground = Found(), _ground(dem)
         stand, contacts, normals = plan.start.soles.copy(), plan.start.contacts.copy(), plan.start.normals.copy()
         downs = _downs(plan)
@@ -123,6 +124,7 @@ class Recheck:
             moving = int(plan.legs[k])
             standing = [leg for leg in self.robot.legs if leg != moving]
             self._kinematics(found, dem, plan.waypoints[k], plan.Ts_site_base[k], stand, standing, moving)
+            self._weight(found, plan.waypoints[k], plan.Ts_site_base[k], contacts[standing])
             if k and moving == plan.legs[k - 1]:
                 q = (plan.waypoints[k] + plan.waypoints[k - 1]) / 2
                 T = _middle(plan.Ts_site_base[k - 1], plan.Ts_site_base[k])
@@ -183,12 +185,13 @@ class Recheck:
             if away < found.over_ground:
                 found.over_ground, found.worst["over_ground"] = float(away), f"{shape.name} at {k}"
 
-    def _forces(self, found, q, T, standing, contacts, normals, k):
-        posture = self.full(q)
-        com = T[:3, :3] @ self.center_of_mass(posture) + T[:3, 3]
-        polygon = MultiPoint(contacts[standing, :2]).convex_hull
+    def _weight(self, found, q, T, contacts):
+        com = T[:3, :3] @ self.center_of_mass(self.full(q)) + T[:3, 3]
+        polygon = MultiPoint(contacts[:, :2]).convex_hull
         spare = polygon.boundary.distance(Point(com[:2])) * (1 if polygon.contains(Point(com[:2])) else -1)
         found.margin = min(found.margin, spare)
+
+    def _forces(self, found, q, T, standing, contacts, normals, k):
         share = self.least_share(q, T, standing, contacts[standing], normals[standing])
         if share > found.effort:
             found.effort, found.worst["effort"] = share, f"at {k}"
