@@ -17,6 +17,7 @@ from footfall.planning.any_robot import plan_step, plan_walk, stand
 from footfall.planning.legged.at_ease import at_ease
 from footfall.planning.legged.foot_move import LEAP
 from footfall.planning.legged.problem import LeggedSettings
+from footfall.planning.legged.walk import THIN
 from footfall.planning.step.problem import Status
 from footfall.robot.legged.find_legs import legged_model
 from footfall.robot.legged.legged_robot import LeggedRobot
@@ -227,6 +228,21 @@ def test_three_legs_stand_but_cannot_lift_one():
     result = plan_walk(robot, dem, stand(robot, dem), (0.2, 0.0), UNHURRIED)
     assert result.status is Status.NO_PATH
     assert "no pose of the chassis keeps the weight over the other feet" in result.reason
+    assert result.reason.endswith("none is found either")
+    thin = plan_walk(robot, dem, stand(robot, dem), (0.2, 0.0), replace(UNHURRIED, least_margin=THIN))
+    assert "none is found either" not in thin.reason, "nothing thinner was tried"
+
+
+def test_a_walk_that_a_margin_forbids_tells_whether_a_thin_one_allows_it():
+    _, robot = robot_of(4)
+    dem, goal = ground_for(4, "smooth"), (0.02, 0.0)
+    state, wide = stand(robot, dem), replace(UNHURRIED, least_margin=0.3)
+    result = plan_walk(robot, dem, state, goal, wide)
+    assert result.status is Status.NO_PATH
+    thin, asked = f"{THIN * robot.length:.3f} m (2% of the longest leg)", f"{0.3 * robot.length:.3f} m"
+    assert f"; with a margin of {thin} in place of {asked} a walk is found, in which feet" in result.reason
+    assert result.provenance.settings == wide
+    assert plan_walk(robot, dem, state, goal, replace(wide, least_margin=THIN)).status is Status.FOUND
 
 
 def test_what_refuses_is_named_with_its_size():

@@ -17,9 +17,11 @@ from footfall.core.frames import apply, quat_wxyz, rotation_rpy, transform
 from footfall.planning.legged.problem import LeggedSettings
 from footfall.planning.legged.stand import stand
 from footfall.planning.legged.step import plan_step
+from footfall.planning.legged.walk import THIN
 from footfall.robot.legged.posture import placed
 from footfall.sim.physics.legged_model import ARMATURE_TIME, SERVO_GIVE, TICK, build_legged
 from footfall.sim.physics.legged_referee import REST, LeggedBody, legged_referee
+from footfall.sim.physics.legged_verdict import LeggedLimits
 from footfall.sim.physics.physics_settings import PhysicsSettings
 from footfall.terrain.from_arrays import from_heights
 from footfall.terrain.generate import fractal, plane
@@ -156,6 +158,22 @@ def test_a_planned_step_is_carried_out(made):
     told = json.loads(dumps(asdict(found)))
     assert told["slip"] == pytest.approx(found.slip.tolist())
     assert told["assumed"] == list(found.assumed)
+
+
+def test_the_default_margin_keeps_feet_on_the_ground_that_a_thin_one_takes_off():
+    _, robot = robot_of("A1")
+    dem = plane(2.0, 0.05)
+    state, leg = stand(robot, dem), robot.leg_names.index("RR")
+    usual = LeggedSettings(time_limit=1e6)
+    found = []
+    for settings in (usual, replace(usual, least_margin=THIN)):
+        result = plan_step(robot, dem, state, leg, tuple(state.soles[leg, :2] + (0.04, 0.0)), settings)
+        assert result.plan is not None, result.reason
+        found.append(legged_referee(robot, footfall.make_sequence(result.plan, robot, dem), dem))
+    kept, thin = found
+    assert kept.passed, kept.failures
+    assert thin.air.max() > LeggedLimits().air > 2 * kept.air.max()
+    assert any("which stands, was off the ground" in text for text in thin.failures)
 
 
 def test_on_the_moon_the_same_step_strains_the_joints_less(made):

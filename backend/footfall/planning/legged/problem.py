@@ -21,7 +21,7 @@ class LeggedSettings(Value):
     a foot [rad]. time_limit [s].
     """
 
-    least_margin: float = 0.02
+    least_margin: float = 0.05
     conservative: bool = False
     most_effort: float = 0.9
     stride: float = 0.8

@@ -6,6 +6,7 @@ foot move that is refused is tried shorter, then with another leg; where all are
 
 import time
 from collections.abc import Iterator
+from dataclasses import replace
 from itertools import islice
 
 import numpy as np
@@ -40,6 +41,9 @@ SHORTER = (1.0, 0.6, 0.3)
 """Shares of a stride that are tried."""
 FOOTFALLS = 4
 """Places that are tried for each stride."""
+THIN = 0.02
+"""The margin that a walk is looked for with once more, where none is found: a share of the longest leg. In physics feet
+that stand come off the ground with it."""
 
 
 class _Walk:
@@ -75,15 +79,31 @@ def plan_walk(
     """Plan a walk from a state, its feet near their places at ease, until the chassis is over the goal.
 
     goal: a WalkGoal, or x, y [m] and, if it matters, yaw [rad] in site; without yaw the heading is kept.
-    "No" is an answer: its status, its reason with amounts, and the part of the walk that was found. Raises InvalidInput
-    for another robot's state.
+    "No" is an answer: its status, its reason with amounts, whether a thinner margin would do, and the part of the walk
+    that was found. Raises InvalidInput for another robot's state.
     """
     if not isinstance(goal, WalkGoal):
         if len(goal) not in (2, 3):
             raise InvalidInput("a goal needs x and y [m], and yaw [rad] if it matters", given=len(goal))
         goal = WalkGoal(*map(float, goal))
-    ground = Ground(robot, dem, settings or LeggedSettings())
-    return of_measured(_plan(ground, begun(ground, state), goal, progress), state)
+    settings, began = settings or LeggedSettings(), time.monotonic()
+    ground = Ground(robot, dem, settings)
+    result = of_measured(_plan(ground, begun(ground, state), goal, progress), state)
+    left = settings.time_limit - (time.monotonic() - began)
+    if result.status is not Status.NO_PATH or settings.least_margin <= THIN or left <= 0:
+        return result
+    thin = Ground(robot, dem, replace(settings, least_margin=THIN, time_limit=left))
+    return _told_of_less(result, settings, robot.length, _plan(thin, begun(thin, state), goal, progress).status)
+
+
+def _told_of_less(result: LeggedResult, settings: LeggedSettings, length: float, thin: Status) -> LeggedResult:
+    """The answer of a walk that was not found, saying what came of the thin margin; nothing where time ran out."""
+    kept = f"{THIN * length:z.3f} m ({THIN:.0%} of the longest leg) in place of {settings.least_margin * length:z.3f} m"
+    told = {
+        Status.FOUND: f"with a margin of {kept} a walk is found, in which feet that stand may come off the ground",
+        Status.NO_PATH: f"with a margin of {kept} none is found either",
+    }
+    return replace(result, reason=f"{result.reason}; {told[thin]}") if thin in told else result
 
 
 def _plan(ground: Ground, state: LeggedState, goal: WalkGoal, progress: Progress) -> LeggedResult:
