@@ -1,14 +1,18 @@
-"""Walks of robots that others described, rechecked and judged by physics: the tables of docs/robots.md, row by row.
+"""What robots that others described can do, from standing to physics: the tables of docs/robots.md, row by row.
 
-``python -m benchmarks.legged_walks [--metres 3] [--margin 0.02] [--parts commands physics] [--only A1 …]`` prints a
-row as soon as it is known. Robots come from example-robot-data (extra dev) and a made hexapod. A part that was not
-asked for is told as "not run".
+``python -m benchmarks.legged_walks [--metres 3] [--margin 0.05] [--ground smooth …] [--parts maps …] [--only A1 …]``
+prints a row as soon as it is known: robot, ground, whether it stands; green cells of each leg's map; of 30 steps how
+many are found and hold in the recheck; the walk, its recheck, its commands, physics; whether another process plans the
+recorded walk again to the same digest; the stride. Robots come from example-robot-data (extra dev) and a made hexapod.
+A part that was not asked for is told as "not run".
 """
 
 import argparse
+import multiprocessing
 import sys
 import tempfile
 import time
+from collections import Counter
 from collections.abc import Iterator
 from dataclasses import dataclass
 from pathlib import Path
@@ -17,11 +21,15 @@ import numpy as np
 
 import footfall
 from footfall.core.errors import InvalidInput, InvalidRobot
+from footfall.io.artifacts import decode, encode
 from footfall.io.exports import export
 from footfall.io.urdf.read import read_urdf
+from footfall.maps.refusals import NOTHING
 from footfall.planning.legged.at_ease import at_ease
-from footfall.planning.legged.problem import LeggedPlan, LeggedSettings, LeggedState
+from footfall.planning.legged.leg_maps import compute_maps
+from footfall.planning.legged.problem import LeggedPlan, LeggedResult, LeggedSettings, LeggedState
 from footfall.planning.legged.stand import stand
+from footfall.planning.legged.step import plan_step
 from footfall.planning.legged.walk import plan_walk
 from footfall.robot.legged.find_legs import legged_model
 from footfall.robot.legged.legged_robot import LeggedRobot
@@ -30,23 +38,30 @@ from footfall.sequence.commands import Sequence
 from footfall.sim.physics.legged_referee import legged_referee
 from footfall.terrain.dem import Dem
 from footfall.terrain.generate import fractal, plane
-from tests.support.legged_recheck import Recheck, said
+from tests.support.legged_recheck import Recheck, faults, said
 from tests.support.robot_data import QUADRUPEDS, described
 from tests.support.walkers import ring
 
 HEXAPOD = "Hexapod (made)"
-PARTS = ("commands", "physics")
+GROUNDS = ("smooth", "rough")
+PARTS = ("maps", "steps", "walk", "commands", "physics", "replay")
 ROUGH = 0.05
 """Standard deviation of the rough ground's heights, as a share of the longest leg."""
 EVERY = 60
 """Waypoints between two rechecks of forces and distances; the weight is looked at in each."""
 
 
+STEPS, SEED = 30, 5
+NEAR, CELLS = 4.0, 32
+"""Side of the ground of maps and steps, in longest legs, and how many cells it has."""
+
+
 @dataclass(frozen=True)
 class Asked:
-    """metres: of each walk. parts: of PARTS. settings: of all plans; no clock ends them."""
+    """metres: of each walk. grounds: of GROUNDS. parts: of PARTS. settings: of all plans; no clock ends them."""
 
     metres: float
+    grounds: tuple[str, ...]
     parts: tuple[str, ...]
     settings: LeggedSettings
 
@@ -60,45 +75,109 @@ def rows(only: list[str], asked: Asked) -> Iterator[str]:
             yield from _rows_of(name, urdf, asked)
 
 
+def read(urdf: Path) -> LeggedRobot:
+    model = legged_model(read_urdf(urdf))
+    return LeggedRobot(model, always=touching(model.tree, 100).always)
+
+
+def made_ground(kind: str, robot: LeggedRobot, size: float | tuple[float, float], resolution: float) -> Dem:
+    if kind == "smooth":
+        return plane(size, resolution)
+    return fractal(size, resolution, roughness=ROUGH * robot.length, seed=1)
+
+
 def _rows_of(name: str, urdf: Path, asked: Asked) -> Iterator[str]:
     try:
-        model = legged_model(read_urdf(urdf))
-        robot = LeggedRobot(model, always=touching(model.tree, 100).always)
+        robot = read(urdf)
         stroke = 2 * at_ease(robot).stroke
     except InvalidRobot as err:
         yield f"| {name} | – | no: {err.message} |"
         return
-    size = asked.metres + 4 * robot.length
-    for ground, dem in (
-        ("smooth", plane((2 * size, size), 0.05)),
-        ("rough", fractal((2 * size, size), 0.05, roughness=ROUGH * robot.length, seed=1)),
-    ):
+    size, near = asked.metres + 4 * robot.length, NEAR * robot.length
+    for kind in asked.grounds:
+        dem = made_ground(kind, robot, (2 * size, size), 0.05)
+        small = made_ground(kind, robot, near, near / CELLS)
         try:
-            state = stand(robot, dem)
+            state, there = stand(robot, dem), stand(robot, small)
         except InvalidInput as err:
-            yield f"| {name} | {ground} | no: {err.message} |"
+            yield f"| {name} | {kind} | no: {err.message} |"
             continue
+        maps = _mapped(robot, small, there, asked) if "maps" in asked.parts else "not run"
+        steps = _stepped(robot, urdf, small, there, asked) if "steps" in asked.parts else "not run"
         walked = " | ".join(_walked(robot, urdf, dem, state, asked))
-        yield f"| {name} | {ground} | yes | {walked} | {stroke:.2f} |"
+        yield f"| {name} | {kind} | yes | {maps} | {steps} | {walked} | {stroke:.2f} |"
+
+
+def _mapped(robot: LeggedRobot, dem: Dem, state: LeggedState, asked: Asked) -> str:
+    """Green cells of each leg's map."""
+    began = time.process_time()
+    codes = [compute_maps(robot, dem, state, leg, asked.settings).layers["refused_by"] for leg in robot.legs]
+    greens = ", ".join(str(int((code == NOTHING).sum())) for code in codes)
+    return f"{greens} cells, {time.process_time() - began:.0f} s"
+
+
+def _stepped(robot: LeggedRobot, urdf: Path, dem: Dem, state: LeggedState, asked: Asked) -> str:
+    """Steps to seeded places within a stroke of the foot: how many were found and hold in the recheck."""
+    rng, stroke = np.random.default_rng(SEED), at_ease(robot).stroke
+    recheck, held, wrong = _recheck(robot, urdf), 0, Counter[str]()
+    for number in range(STEPS):
+        leg, angle = number % len(robot.legs), rng.uniform(-np.pi, np.pi)
+        away = stroke * np.sqrt(rng.uniform()) * np.array([np.cos(angle), np.sin(angle)])
+        x, y = (float(part) for part in state.soles[leg, :2] + away)
+        result = plan_step(robot, dem, state, leg, (x, y), asked.settings)
+        if result.plan is None:
+            wrong[result.status.value] += 1
+            continue
+        found = faults(recheck.walk(dem, result.plan, EVERY))
+        held += not found
+        wrong.update(found)
+    return ", ".join([f"{held} of {STEPS}", *(f"{count} {reason}" for reason, count in wrong.items())])
 
 
 def _walked(robot: LeggedRobot, urdf: Path, dem: Dem, state: LeggedState, asked: Asked) -> Iterator[str]:
-    """Four cells: the walk, the recheck, its commands, and physics."""
+    """Five cells: the walk, the recheck, its commands, physics, and whether it is planned again to the same bits."""
+    if "walk" not in asked.parts:
+        yield from ["not run"] * 5
+        return
     began = time.process_time()
     result = plan_walk(robot, dem, state, (asked.metres, 0.0), asked.settings)
     seconds = time.process_time() - began
     plan = result.plan or result.partial
     if plan is None:
-        yield from [f"no: {result.reason}", *["–"] * 3]
+        yield from [f"no: {result.reason}", *["–"] * 4]
         return
     yield f"{len(plan.moves)} foot moves, {seconds:.0f} s" if result.plan else f"no: {result.reason}"
-    yield said(Recheck(urdf, robot, list(urdf.parents[2:5])).walk(dem, plan, EVERY))
+    yield said(_recheck(robot, urdf).walk(dem, plan, EVERY))
     yield from _commanded(robot, dem, plan, asked)
+    yield _replayed(urdf, dem, state, result, asked) if "replay" in asked.parts else "not run"
+
+
+def _recheck(robot: LeggedRobot, urdf: Path) -> Recheck:
+    return Recheck(urdf, robot, list(urdf.parents[2:5]))
+
+
+def _replayed(urdf: Path, dem: Dem, state: LeggedState, result: LeggedResult, asked: Asked) -> str:
+    """Whether another process, that has the URDF and what was recorded, comes to the same digest."""
+    recorded = [encode(one) for one in (dem, state, result)]
+    with multiprocessing.get_context("spawn").Pool(1) as pool:
+        again = pool.apply(_planned_again, (urdf, recorded, asked.metres))
+    return "same digest" if again == result.digest else f"no: {again[:12]} for {result.digest[:12]}"
+
+
+def _planned_again(urdf: Path, recorded: list[bytes], metres: float) -> str:
+    dem, state, result = (decode(one) for one in recorded)
+    if not isinstance(result, LeggedResult) or not isinstance(state, LeggedState) or not isinstance(dem, Dem):
+        raise TypeError("a walk is recorded as its ground, its start and its answer")
+    settings = result.provenance.settings
+    if not isinstance(settings, LeggedSettings):
+        raise TypeError("a walk is planned again with its own settings")
+    np.seterr(all="ignore")
+    return plan_walk(read(urdf), dem, state, (metres, 0.0), settings).digest
 
 
 def _commanded(robot: LeggedRobot, dem: Dem, plan: LeggedPlan, asked: Asked) -> Iterator[str]:
     """Two cells: the commands by their rules and as a table, and what physics says of them."""
-    if not asked.parts:
+    if not {"commands", "physics"} & set(asked.parts):
         yield from ["not run"] * 2
         return
     sequence = footfall.make_sequence(plan, robot, dem)
@@ -127,11 +206,12 @@ def main() -> None:
     parser.add_argument("--only", nargs="*", default=[])
     parser.add_argument("--metres", type=float, default=3.0)
     parser.add_argument("--margin", type=float, default=LeggedSettings().least_margin)
+    parser.add_argument("--ground", nargs="*", choices=GROUNDS, default=GROUNDS)
     parser.add_argument("--parts", nargs="*", choices=PARTS, default=PARTS)
     given = parser.parse_args()
     np.seterr(all="ignore")
     settings = LeggedSettings(time_limit=1e5, least_margin=given.margin)
-    for row in rows(given.only, Asked(given.metres, tuple(given.parts), settings)):
+    for row in rows(given.only, Asked(given.metres, tuple(given.ground), tuple(given.parts), settings)):
         sys.stdout.write(row + "\n")
         sys.stdout.flush()
 
