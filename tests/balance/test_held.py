@@ -1,14 +1,17 @@
 """The compiled check of a standing rover: never kinder than the exact check, and by a floating model and HiGHS."""
 
+from functools import partial
+
 import numpy as np
 import pinocchio as pin
 import pytest
 from scipy.optimize import linprog
 
+from footfall.balance import held_kernel
 from footfall.balance.balance_settings import BalanceSettings
 from footfall.balance.cones import generators
 from footfall.balance.held import held_tables, postures_held
-from footfall.balance.held_kernel import held_ratio, held_within, least_held_ratio
+from footfall.balance.held_kernel import held_within
 from footfall.balance.torques import torque_check
 from footfall.core.errors import InvalidInput
 from footfall.core.frames import rotation, rotation_rpy, transform
@@ -17,9 +20,20 @@ from footfall.robot.ik import contact_point
 from footfall.robot.leg_clearance_kernel import place_leg
 from footfall.robot.leg_frames import PART_COUNT, leg_lengths
 from footfall.robot.model import Robot
+from tests.support.kept_arrays import read_only
 
 GRAVITY = 9.81
 ROUNDING = 1e-9
+
+
+def as_walks_ask(kernel, poses, T_site_base, contacts, normals, *others):
+    """Contacts and normals are those of a Stance, which nobody may write."""
+    return kernel(poses, T_site_base, read_only(contacts), read_only(normals), *others)
+
+
+held_ratio = partial(as_walks_ask, held_kernel.held_ratio)
+least_held_ratio = partial(as_walks_ask, held_kernel.least_held_ratio)
+held_by_some_forces = partial(as_walks_ask, held_kernel.held_by_some_forces)
 
 
 def stances(robot, rng, count, least_feet=3):
@@ -48,7 +62,7 @@ def placed(robot, posture, T_site_base, standing, normals):
         spec = robot.description.legs[leg]
         T_site_hip = (T_site_base @ spec.T_base_hip)[:3]
         own = poses[PART_COUNT * leg : PART_COUNT * leg + PART_COUNT]
-        place_leg(posture[6 * leg : 6 * leg + 6], np.ascontiguousarray(T_site_hip), leg_lengths(spec), own)
+        place_leg(np.array(posture[6 * leg : 6 * leg + 6]), np.ascontiguousarray(T_site_hip), leg_lengths(spec), own)
         if standing[leg]:
             contacts[leg] = contact_point(robot, posture, leg, T_site_base, normals[leg])
     return poses, T_site_base, contacts, normals, standing

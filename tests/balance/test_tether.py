@@ -8,14 +8,14 @@ from scipy.optimize import linprog
 from footfall.balance.balance_settings import BalanceSettings
 from footfall.balance.cones import generators
 from footfall.balance.held import held_tables, postures_held
-from footfall.balance.held_kernel import held_by_some_forces, held_ratio, held_within, least_held_ratio
+from footfall.balance.held_kernel import held_within
 from footfall.balance.tether import Tether
 from footfall.balance.torques import torque_check
 from footfall.core.errors import InvalidInput
 from footfall.core.frames import apply, rotation, rotation_rpy, transform
 from footfall.robot.ik import contact_point
 from footfall.robot.kinematics import center_of_mass
-from tests.balance.test_held import placed
+from tests.balance.test_held import held_by_some_forces, held_ratio, least_held_ratio, placed
 
 ROUNDING = 1e-7
 SETTINGS = BalanceSettings()

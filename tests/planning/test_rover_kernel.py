@@ -205,8 +205,8 @@ def test_each_kind_of_breach_is_seen_and_named(rock, steep, rng):
 
 
 def first_of(scene, q, T, standing, raised=0.0):
-    poses, base = np.empty((42, 3, 4)), np.ascontiguousarray(T[:3])
-    place_rover(q, base, scene.tables, poses)
+    poses, base = np.empty((42, 3, 4)), np.array(T[:3])
+    place_rover(np.array(q), base, scene.tables, poses)
     return first_too_near(poses, base, np.asarray(standing, np.int64), raised, scene.tables)
 
 

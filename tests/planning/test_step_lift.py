@@ -62,7 +62,7 @@ def test_how_far_a_wheel_leaves_its_line_is_what_pin_says(athlete, rng):
     start = athlete.posture("stand")[12:18]
     for _ in range(10):
         qs = start + np.cumsum(rng.normal(0.0, LARGEST_STEP / 4, (6, 6)), axis=0)
-        up = rotation_rpy(*rng.normal(0.0, 0.3, 3))[2]
+        up = rotation_rpy(*rng.normal(0.0, 0.3, 3))[:, 2]
         origin = leg_wheel_pose(athlete, qs[0], 2)[:3, 3]
         centers = np.array([leg_wheel_pose(athlete, q, 2)[:3, 3] for q in 0.5 * (qs[:-1] + qs[1:])])
         away = np.linalg.norm(np.cross(centers - origin, up), axis=1)

@@ -6,7 +6,6 @@ import numpy as np
 import pytest
 
 from footfall.balance.held import held_tables
-from footfall.balance.held_kernel import least_held_ratio
 from footfall.balance.tether import Tether
 from footfall.core.frames import apply, transform
 from footfall.planning.step.ground import Nearby
@@ -18,9 +17,10 @@ from footfall.planning.walk.transition_kernel import REQUIRED, Balance
 from footfall.planning.walk.world import LEAST_GAP, World
 from footfall.robot.kinematics import center_of_mass
 from footfall.terrain.ground.unseen import without_holes_between
-from tests.balance.test_held import placed
+from tests.balance.test_held import least_held_ratio, placed
 from tests.balance.test_tether import SETTINGS, hanging, slack
 from tests.support.chassis_ground import wavy
+from tests.support.kept_arrays import read_only
 
 
 def test_required_support_counts_on_no_more_than_the_drum_can(athlete, rng):
@@ -31,7 +31,7 @@ def test_required_support_counts_on_no_more_than_the_drum_can(athlete, rng):
     checks = world.first.checks._replace(most_torque=1.0, balance=Balance(REQUIRED, 0.0))
     weight, legs, seen = athlete.mass * SETTINGS.gravity, np.arange(6), set()
     for q, T, _, normals, tether in zip(*hanging(athlete, rng, 60, 75.0), strict=True):
-        unit, every = normals / np.linalg.norm(normals, axis=1, keepdims=True), np.ones(6, bool)
+        unit, every = read_only(normals / np.linalg.norm(normals, axis=1, keepdims=True)), np.ones(6, bool)
         poses, _, contacts, *_ = placed(athlete, q, T, every, unit)
         com, left = apply(T, center_of_mass(athlete, q)), [legs != leg for leg in legs]
         least = max(slack(com, contacts[one], unit[one], SETTINGS, tether, T, weight) for one in left)
@@ -39,7 +39,7 @@ def test_required_support_counts_on_no_more_than_the_drum_can(athlete, rng):
             drum = replace(tether, most_force=share * least if 1.0 < least < np.inf else tether.most_force)
             held = held_tables(athlete, SETTINGS, drum)
             alone = least_held_ratio(poses, T, contacts, unit, every, held)
-            found = torque_of(poses, T, contacts, unit, every, checks._replace(held=held))
+            found = torque_of(poses, T, read_only(contacts), unit, every, checks._replace(held=held))
             assert (found <= 1.0) == (alone <= 1.0 and least <= drum.most_force), (alone, least, drum.most_force)
             seen.add((bool(alone <= 1.0), bool(least <= drum.most_force), bool(least < np.inf)))
     assert seen >= {(True, True, True), (True, False, True)}

@@ -39,6 +39,7 @@ from footfall.planning.walk.world import World
 from footfall.robot.ik import solve_leg, wheel_pose_for_contact
 from footfall.robot.kinematics import leg_wheel_pose
 from tests.support.chassis_ground import wavy
+from tests.support.kept_arrays import read_only
 
 LEGS = 6
 SETTINGS = WalkSettings(least_margin=0.02)
@@ -210,7 +211,7 @@ def test_between_two_chassis_poses_is_the_way_of_a_chassis_move(seed, share, tur
 @given(SEED, st.integers(-1, LEGS - 1))
 def test_the_margin_without_a_foot_is_that_of_the_others(at, seed, leg):
     rng = np.random.default_rng(seed)
-    contacts = np.array(at.stance.contacts) + rng.normal(0.0, 0.2, (LEGS, 3))
+    contacts = read_only(at.stance.contacts + rng.normal(0.0, 0.2, (LEGS, 3)))
     com, others = rng.normal(0.0, 0.5, 3), np.delete(contacts, leg, axis=0) if leg >= 0 else contacts
     for support in (IGNORED, PREFERRED, REQUIRED):
         expected = margins(others, com[None, :2], support == REQUIRED)[0]

@@ -26,6 +26,7 @@ from footfall.planning.walk.transition_kernel import (
 )
 from footfall.planning.walk.world import World
 from tests.support.chassis_ground import wavy
+from tests.support.kept_arrays import read_only
 
 LOOKS = 40
 
@@ -40,9 +41,9 @@ def asked(athlete):
     checks = world.first.checks
 
     def arguments(along: float, support: int = 1):
-        to = np.ascontiguousarray(at.stance.Ts_site_wheel[0, :3]).copy()
+        to = np.array(at.stance.Ts_site_wheel[0, :3])
         to[0, 3] += along
-        move = Move(0, to, int(at.stance.branches[0]), 0.2, np.array(at.stance.contacts))
+        move = Move(0, read_only(to), int(at.stance.branches[0]), 0.2, at.stance.contacts)
         return feet_of(at.stance), move, world.legs, checks.rover, Balance(support, 0.05)
 
     return arguments, vector_of(np.ascontiguousarray(at.T_site_base[:3]))

@@ -153,7 +153,9 @@ def test_unknown_ground_is_no_obstacle(athlete):
     qs = near(athlete, posture, 0, rng, 1000)
     none = LegClearance(athlete, posture, 0, T_site_base).certified(qs, "raised")
     dem = plane(8.0, 0.05, height=0.5)
-    for heights in (np.full(dem.geometry.shape, np.nan), np.where(np.arange(161) < 2, dem.heights, np.nan)):
+    all_unknown = np.full(dem.geometry.shape, np.nan)
+    mostly = np.where(np.arange(161) < 2, np.asarray(dem.heights, float), np.nan)
+    for heights in (all_unknown, mostly):
         ground = clearance_ground(athlete, heights, dem.geometry)
         compiled = LegClearance(athlete, posture, 0, T_site_base, ground, 0.0, RAISED)
         for mode in GROUND_MODES:

@@ -11,6 +11,7 @@ from footfall.robot import ik, ik_kernel
 from footfall.robot.description import PARTS, link_name
 from footfall.robot.kinematics import leg_link_poses, leg_wheel_pose
 from footfall.robot.leg_frames import PART_COUNT, leg_frames, leg_lengths, manipulability, wheel_axles
+from tests.support.kept_arrays import read_only
 
 LEG = 4
 
@@ -90,8 +91,8 @@ def solve_upright(athlete, contacts, normals, T_site_base, lower, upper, present
         T_hip_site,
         contacts,
         normals,
-        lower,
-        upper,
+        read_only(lower),
+        read_only(upper),
         np.asarray(present, float),
         out[0],
         out[1],
@@ -261,7 +262,7 @@ def test_a_headed_wheel_is_one_of_solve_leg(athlete, spec, limits, places):
     T_site_base, contacts, normals = places
     q, margin, _, _, _ = solve_upright(athlete, contacts, normals, T_site_base, limits[0], limits[1], np.zeros(6))
     cell, branch = np.nonzero(np.isfinite(margin))
-    R_hip_site = inverse(T_site_base @ spec.T_base_hip)[:3, :3].copy()
+    R_hip_site = inverse(T_site_base @ spec.T_base_hip)[:3, :3]
     turned_back = 0
     for azimuth in (0.3, 2.9, -2.0):
         for half_turn in (False, True):

@@ -15,6 +15,7 @@ from footfall.terrain.fusion.grid_depth import (
     upper_surface,
     with_pixels,
 )
+from tests.support.kept_arrays import read_only
 
 WIDTH, HEIGHT, FOCAL = 64, 48, 60.0
 INTRINSICS = (FOCAL, FOCAL, (WIDTH - 1) / 2, (HEIGHT - 1) / 2)
@@ -42,7 +43,7 @@ def gridded(depth, T, grid=GRID, max_jump=100.0, max_edge=100.0, grey=None, sure
     sure = np.ones(depth.shape, bool) if sure is None else sure
     disparity = (FOCAL * 0.2 / depth).astype(np.float32)
     points = site_points(depth, INTRINSICS, T)
-    return grid_depth(points, disparity, depth**2 / (FOCAL * 0.2), grey, grid, max_jump, max_edge, sure)
+    return grid_depth(points, disparity, depth**2 / (FOCAL * 0.2), read_only(grey), grid, max_jump, max_edge, sure)
 
 
 def sample(depth, T, *args, **options):
@@ -143,7 +144,7 @@ def slopes_of(T, normal, offset):
 def sample_of_pixels(depth, T, slopes, alone: np.ndarray | bool = True, max_edge=100.0):
     disparity = (FOCAL * 0.2 / depth).astype(np.float32)
     points, deviation = site_points(depth, INTRINSICS, T), depth**2 / (FOCAL * 0.2)
-    grey = np.full(depth.shape, 7, np.uint8)
+    grey = read_only(np.full(depth.shape, 7, np.uint8))
     sure = np.ones(depth.shape, bool)
     joined, _, gaps = grid_depth(points, disparity, deviation, grey, GRID, 100.0, max_edge, sure)
     rows, cols = np.nonzero(gaps & alone)

@@ -220,7 +220,8 @@ def bindings_for_candidates(
     # far from the origin of the site the differences of the products would lose digits
     center = fixed.mean(axis=0) if len(fixed) else np.zeros(2)
     found = CandidateMargins(np.empty(len(moved)), np.empty(len(moved), np.uint8), np.empty(len(moved), np.uint8))
-    coms = np.broadcast_to(coms - center, moved.shape)
+    # a copy, as compiled code takes one place seen n times for another kind of array
+    coms = np.broadcast_to(coms - center, moved.shape).copy()
     candidate_margins(fixed - center, moved - center, coms, int(conservative), *found)
     return found
 

@@ -166,7 +166,7 @@ class StandingLegs:
         and only those are solved.
         """
         coms = self.centers(qs)
-        places = coms[:, :2]
+        places = np.ascontiguousarray(coms[:, :2])
         corners = hull_rows(places, np.lexsort((places[:, 1], places[:, 0])))
         ratios = self.hanging(qs)
         ratios[corners] = np.maximum(ratios[corners], self.ratios(coms[corners]))

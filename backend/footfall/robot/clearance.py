@@ -203,7 +203,7 @@ class LegClearance:
 
     def certified(self, qs: ArrayLike, terrain: str = "raised") -> NDArray[np.bool_]:
         """Which joint vectors (n, 6) [rad] are proven to be free, (n,); terrain: "none", "true" or "raised"."""
-        rows = np.ascontiguousarray(qs, float)
+        rows = np.array(qs, float, order="C")  # a copy: compiled code takes read-only arrays for another kind
         if rows.ndim != 2 or rows.shape[1] != 6:
             raise InvalidInput("legs need n × 6 joint angles [rad]", shape=list(rows.shape))
         if terrain not in MODES:

@@ -111,7 +111,7 @@ class LegOverlap:
 
         Codes of what is hit: see :mod:`footfall.robot.obstacles`; NOTHING where no collision is sure.
         """
-        qs = np.ascontiguousarray(qs, float)
+        qs = np.array(qs, float, order="C")  # a copy: compiled code takes read-only arrays for another kind
         if qs.ndim != 2 or qs.shape[1] != 6:
             raise InvalidInput("leg postures need the shape (n, 6)", shape=list(qs.shape))
         if terrain not in self._modes:
