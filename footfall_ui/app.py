@@ -30,6 +30,7 @@ from footfall.session.access.accounts import Accounts
 from footfall.session.reading import ReadingProcess
 from footfall.session.registry import Sessions
 from footfall.session.rover.light_time import LightTime
+from footfall.session.rover.recorded import recorded
 from footfall.telemetry.link import PATH
 from footfall_ui.listening import Tls, address_of, allow_many_files, front_of, listen, require_safe
 from footfall_ui.pools import pool_of
@@ -245,7 +246,10 @@ def serve(
         front = front_of(listening, **safely)
         jobs = stack.enter_context(pool_of(folder, workers, worker_beside))
         reading = stack.enter_context(contextlib.closing(ReadingProcess()))
-        sessions = stack.enter_context(Sessions(folder, jobs, light_time=light_time, read=reading, policy=table))
+        recordings = stack.enter_context(contextlib.closing(ReadingProcess(readers=(recorded.__module__,))))
+        sessions = stack.enter_context(
+            Sessions(folder, jobs, light_time=light_time, read=reading, read_recordings=recordings, policy=table)
+        )
         if session is not None:
             sessions.open(session)
         elif sample is not None:

@@ -7,7 +7,8 @@ from hypothesis import strategies as st
 
 from footfall.core.errors import InvalidInput
 from footfall.session.rover import past
-from footfall.session.rover.past import FRAMES, KEPT_FOR, QUANTITIES, Past
+from footfall.session.rover.past import FRAMES, KEPT_FOR, Past
+from footfall.telemetry.quantities import QUANTITIES
 from tests.support.frames import any_frames, moving_frames
 
 NOW = 5000.0

@@ -27,6 +27,7 @@ MOST_MEMORY = 640 << 20
 MOST_SECONDS = 120.0
 """How long it may take."""
 _READERS = ("footfall.io.terrain_files", "footfall.io.photograph_files", "footfall.session.storage.carried_in")
+"""What reads files from outside."""
 
 
 class Read(Protocol):
@@ -44,11 +45,17 @@ class ReadingProcess:
     """Reads one file at a time in a process that starts with the first. Close it. Thread-safe.
 
     most_memory: what reading one may take beside what is loaded [bytes]. most_seconds: how long it may take.
+    readers: the modules that are loaded first.
     """
 
-    def __init__(self, most_memory: int = MOST_MEMORY, most_seconds: float = MOST_SECONDS) -> None:
+    def __init__(
+        self,
+        most_memory: int = MOST_MEMORY,
+        most_seconds: float = MOST_SECONDS,
+        readers: tuple[str, ...] = _READERS,
+    ) -> None:
         self._most_memory, self._most_seconds = most_memory, most_seconds
-        self._process = WorkerProcess(_serve, most_memory)
+        self._process = WorkerProcess(_serve, most_memory, readers)
         self._one_at_a_time = threading.Lock()
         self._closed = False
 
@@ -87,12 +94,12 @@ class ReadingProcess:
             self._process.stop()
 
 
-def _serve(pipe: Connection, most_memory: int) -> None:
+def _serve(pipe: Connection, most_memory: int, readers: tuple[str, ...]) -> None:
     """Read what comes through the pipe until it closes."""
     signal.signal(signal.SIGINT, signal.SIG_IGN)  # the server decides when this ends
     threading.Thread(target=end_with_server, daemon=True).start()
     with none_while_loading():
-        for reader in _READERS:
+        for reader in readers:
             import_module(reader)
     _take_at_most(most_memory)
     with pipe, suppress(EOFError, BrokenPipeError, ConnectionResetError):

@@ -52,7 +52,8 @@ class Sessions:
     robot: name or path of the robot of new sessions that name none.
     recording: how much of what the rover says each session records; None: nothing.
     light_time: how long messages to and from the rover are on their way; see :meth:`set_light_time`.
-    read: how files from outside are read; a server reads them in a process apart.
+    read: how files from outside are read; a server reads them in a process apart. read_recordings: how recordings are
+    read for plots; a server has another process for that.
     pixels: of images from outside that are in memory. policy: the learned table that walks in a closed loop may choose
     gaits by.
     """
@@ -65,12 +66,13 @@ class Sessions:
         recording: RecordingLimits | None = DEFAULT_LIMITS,
         light_time: LightTime | None = None,
         read: Read = read_here,
+        read_recordings: Read = read_here,
         policy: "GaitPolicy | None" = None,
     ) -> None:
         self.folder = Path(folder)
         self.folder.mkdir(parents=True, exist_ok=True)
         self.jobs = Jobs() if jobs is None else jobs
-        self.read = read
+        self.read, self.read_recordings = read, read_recordings
         self.policy = policy
         self._robot = robot
         self._recording = recording

@@ -4,26 +4,36 @@ from typing import Annotated, TypedDict, cast
 
 import numpy as np
 from fastapi import Query, Request
+from pydantic import Field
 
-from footfall.api.access import OneSession, product
+from footfall.api.access import AllSessions, OneSession, product
 from footfall.api.bodies.answers import Digested, Listener, TelemetryAnswer
 from footfall.api.bodies.schemas import FreezeState, StateReport
 from footfall.api.bodies.settings_models import settings_value
+from footfall.api.door.in_turn import in_turn
 from footfall.api.routing import Routes
 from footfall.api.streams import telemetry_body
 from footfall.balance.tether import Tether
 from footfall.core.errors import InvalidTelemetry, NotFound
 from footfall.planning.stance.body_shift import PredictedState
 from footfall.session.rover.past import KEPT_FOR, MOST_PARTS, PastTelemetry
+from footfall.session.rover.recorded import RecordedTelemetry, recorded
 from footfall.telemetry.state import RobotState
 from footfall.terrain.dem import Dem
 
 router = Routes(tags=["telemetry"])
 
-QuantityName = Annotated[str, Query(description="torque, position, error, force, place or lean", max_length=20)]
+QuantityName = Annotated[
+    str, Query(description="torque, position, error, force, share, place, lean or tilt", max_length=20)
+]
 Age = Annotated[float, Query(description="how long ago [s]", allow_inf_nan=False, ge=0, le=KEPT_FOR)]
 Channel = Annotated[int, Query(description="the first channel, from 0", ge=0, le=1000)]
 Channels = Annotated[int, Query(description="how many channels", ge=1, le=64)]
+Recorded = Annotated[
+    list[Annotated[str, Field(pattern=r"^[a-z]{1,20}\.[0-9]{1,3}$")]],
+    Query(description="quantity and number from 0, as torque.12", min_length=1, max_length=64),
+]
+Moment = Annotated[float | None, Query(description="seconds since 1970-01-01 UTC", allow_inf_nan=False, ge=0, le=1e11)]
 Parts = Annotated[int, Query(description="parts that the time is cut into", ge=1, le=MOST_PARTS)]
 
 
@@ -72,6 +82,31 @@ def past(
     moments with the least and the greatest number in it, so that no peak is lost. Ages count from this answer.
     """
     return live.rover.past.looked_at(quantity, first, count, since, until, parts)
+
+
+@router.get("/sessions/{session}/telemetry/recorded")
+async def past_recorded(
+    live: OneSession,
+    sessions: AllSessions,
+    channel: Recorded,
+    begin: Moment = None,
+    end: Moment = None,
+    parts: Parts = 300,
+) -> RecordedTelemetry:
+    """What the rover said in the whole session, as its recordings hold it: any channels together, for a plot.
+
+    Quantities are those of the last ten minutes, and share (of the weight on each wheel), tilt (of the chassis from the
+    vertical) [rad] and interval (since the frame before) [s]. Without begin or end it goes from the first or to the
+    last frame. The time is cut into parts; of each come one or two moments with the least and the greatest number in
+    it, so that no peak is lost. Each answer reads a little more of the recordings: ask again while ``unread`` is
+    above 0.
+    """
+    channels = [(quantity, int(number)) for quantity, number in (one.split(".") for one in channel)]
+
+    def look() -> RecordedTelemetry:
+        return sessions.read_recordings(recorded, live.rover.recorder.paths(), channels, begin, end, parts)
+
+    return await in_turn(look)
 
 
 @router.get("/sessions/{session}/listeners")

@@ -2,7 +2,7 @@
 
 import json
 import struct
-from collections.abc import Iterator
+from collections.abc import Iterator, Mapping
 from dataclasses import dataclass
 from io import BytesIO
 from pathlib import Path
@@ -107,7 +107,7 @@ class Recording:
                     gathered = []
                 if channel.topic == FRAME:
                     parts = {topic: part.data for topic, part in gathered}
-                    yield Said(message.log_time, FRAME, self._frame(message.data, parts))
+                    yield Said(message.log_time, FRAME, frame_of(self.name, message.data, parts))
                 elif channel.topic == IMAGES:
                     yield Said(message.log_time, IMAGES, self._images(channel.message_encoding, message.data, gathered))
                 elif channel.message_encoding == "json" or (
@@ -170,19 +170,24 @@ class Recording:
             files.append(reader.octets())
         return join_images(header, files) if files else json.loads(header)
 
-    def _frame(self, own: bytes, parts: dict[str, bytes]) -> TelemetryFrame:
-        reader = CdrReader(own)
-        number, robot, time = int(reader.one("Q")), reader.string(), reader.one("d")
-        T_site_base = reader.fixed_floats(16).reshape(4, 4)
-        try:
-            posture, torques = _joints(parts[MEASURED])
-            commanded, _ = _joints(parts[COMMANDED])
-            mode = CdrReader(parts[MODE]).string()
-            forces = [_after_header(parts[wheel_force_topic(leg)]).fixed_floats(3) for leg in range(len(posture) // 6)]
-        except KeyError as err:
-            raise InvalidInput(f"{self.name}: frame {number} lacks its {err.args[0]}", number=number) from err
-        state = RobotState(robot, time, posture, T_site_base, np.array(forces).reshape(-1, 3), torques, mode)
-        return TelemetryFrame(number, state, commanded)
+
+def frame_of(name: str, own: bytes, parts: Mapping[str, bytes]) -> TelemetryFrame:
+    """A frame of the recording ``name``: its own message, and those before it by their topics.
+
+    Raises InvalidInput where one of them is not there, or can't be read.
+    """
+    reader = CdrReader(own)
+    number, robot, time = int(reader.one("Q")), reader.string(), reader.one("d")
+    T_site_base = reader.fixed_floats(16).reshape(4, 4)
+    try:
+        posture, torques = _joints(parts[MEASURED])
+        commanded, _ = _joints(parts[COMMANDED])
+        mode = CdrReader(parts[MODE]).string()
+        forces = [_after_header(parts[wheel_force_topic(leg)]).fixed_floats(3) for leg in range(len(posture) // 6)]
+    except KeyError as err:
+        raise InvalidInput(f"{name}: frame {number} lacks its {err.args[0]}", number=number) from err
+    state = RobotState(robot, time, posture, T_site_base, np.array(forces).reshape(-1, 3), torques, mode)
+    return TelemetryFrame(number, state, commanded)
 
 
 def _is_complete(summary: Summary | None) -> bool:

@@ -50,7 +50,7 @@ def recover(source: IO[bytes], target: IO[bytes]) -> Recovered:
         raise InvalidInput("this is not the beginning of an MCAP file", bytes=size)
     copy = _Copy(target)
     used = source.tell()
-    for record, end in _whole_records(source, size):
+    for record, end in whole_records(source, size):
         if isinstance(record, Header):
             copy.begin(record)
         elif not copy.begun or not copy.take(record):
@@ -62,8 +62,10 @@ def recover(source: IO[bytes], target: IO[bytes]) -> Recovered:
     return Recovered(copy.messages, copy.chunks, size - used, copy.counts)
 
 
-def _whole_records(source: IO[bytes], size: int) -> Iterator[tuple[McapRecord | None, int]]:
-    """Records up to the first that is cut or can't be read, or the data's end; each with where it ends in the file.
+def whole_records(source: IO[bytes], size: int) -> Iterator[tuple[McapRecord | None, int]]:
+    """Records from where the file is, up to the first that is cut or can't be read, or the data's end.
+
+    Each comes with where it ends in the file.
 
     Message indexes come as None: they are made anew.
     """

@@ -6,16 +6,13 @@ interpreter from whoever asks for a stop.
 
 import threading
 import time
-from collections.abc import Callable, Mapping
 from dataclasses import dataclass
-from itertools import pairwise
-from types import MappingProxyType
 
 import numpy as np
-from numpy.typing import ArrayLike, NDArray
+from numpy.typing import NDArray
 
 from footfall.core.errors import InvalidInput
-from footfall.core.frames import rpy
+from footfall.telemetry.quantities import QUANTITIES, extremes, numbers_of
 from footfall.telemetry.state import TelemetryFrame
 
 KEPT_FOR = 600.0
@@ -23,21 +20,7 @@ KEPT_FOR = 600.0
 FRAMES = 6200
 """Of more the oldest go: ten a second for that long."""
 MOST_PARTS = 1000
-_LARGEST = float(np.finfo(np.float32).max)
 _NO_ROWS = np.zeros((0, 0), np.float32)
-
-
-QUANTITIES: Mapping[str, Callable[[TelemetryFrame], ArrayLike]] = MappingProxyType(
-    {
-        "torque": lambda frame: frame.state.joint_torques,
-        "position": lambda frame: frame.state.posture,
-        "error": lambda frame: frame.commanded - frame.state.posture,
-        "force": lambda frame: frame.state.wheel_forces[:, 2],
-        "place": lambda frame: frame.state.T_site_base[:3, 3],
-        "lean": lambda frame: rpy(frame.state.T_site_base),
-    }
-)
-"""Name → its numbers in a frame, in SI units: of each joint; of each wheel; x, y, z; roll, pitch, yaw."""
 
 
 @dataclass(frozen=True)
@@ -59,8 +42,7 @@ class Past:
 
     def take(self, frame: TelemetryFrame, at: float) -> None:
         """``at``: when it came, time.monotonic() [s]; not before those before it."""
-        with np.errstate(over="ignore"):  # what is no number of a rover must not end its telemetry
-            rows = {name: np.clip(of(frame), -_LARGEST, _LARGEST).astype(np.float32) for name, of in QUANTITIES.items()}
+        rows = numbers_of(frame)
         with self._guard:
             if not self._rings:
                 self._times = np.zeros(FRAMES)
@@ -96,21 +78,5 @@ class Past:
             rows = ring[held[wanted], first : first + count]
         part = np.minimum(((since - ages) / (since - until) * parts).astype(int), parts - 1)
         begins = np.flatnonzero(np.diff(part, prepend=-1))
-        return _extremes(ages, rows, [*begins.tolist(), len(ages)])
-
-
-def _extremes(ages: NDArray[np.float64], rows: NDArray[np.float32], edges: list[int]) -> PastTelemetry:
-    moments: list[float] = []
-    numbers: list[NDArray[np.float32]] = []
-    for begin, end in pairwise(edges):
-        block = rows[begin:end]
-        if end - begin == 1:
-            moments.append(float(ages[begin]))
-            numbers.append(block[0])
-            continue
-        least_first = block.argmin(axis=0) <= block.argmax(axis=0)
-        least, greatest = block.min(axis=0), block.max(axis=0)
-        moments += [float(ages[begin]), float(ages[end - 1])]
-        numbers += [np.where(least_first, least, greatest), np.where(least_first, greatest, least)]
-    columns = np.array(numbers).T if numbers else np.zeros((rows.shape[1], 0))
-    return PastTelemetry(tuple(moments), tuple(tuple(map(float, column)) for column in columns))
+        moments, numbers = extremes(ages, rows, [*begins.tolist(), len(ages)])
+        return PastTelemetry(tuple(moments.tolist()), tuple(tuple(column) for column in numbers.T.tolist()))
