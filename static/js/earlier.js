@@ -2,7 +2,7 @@
 
 import { get } from "./api.js";
 import { changed } from "./store.js";
-import { heardFrom } from "./samples.js";
+import { heardFrom, scaleOf } from "./samples.js";
 import { QUANTITIES } from "./texts/telemetry.js";
 
 const MOMENTS = 300; // parts of a plot, which is about as many points wide
@@ -18,7 +18,7 @@ export function earlier(channels, span) {
   if (!answers.has(question)) {
     if (!(until < span)) return { found: [[], ...channels.map(() => [])], why: "" };
     answers.set(question, { found: [[], ...channels.map(() => [])], why: "" });
-    ask(question, until, QUANTITIES[quantity].unit === "°" ? 180 / Math.PI : 1);
+    ask(question, until, scaleOf(QUANTITIES[quantity].unit));
   }
   return answers.get(question);
 }

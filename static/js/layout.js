@@ -10,6 +10,7 @@ const KEPT_AS = "footfall.layout";
 const LAYOUTS = {
   [texts.planAStep]: { key: "7", shown: ["ground", "footfall", "plan", "execution", "commands"] },
   execute: { key: "8", shown: ["legs", "telemetry", "commands"] },
+  plots: { key: "", shown: ["plots"] },
   review: { key: "9", shown: ["legs", "telemetry", "sessions", "record"] },
 };
 

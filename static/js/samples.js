@@ -7,8 +7,12 @@ import * as texts from "./texts/telemetry.js";
 export const KEPT = 600; // s
 const CAPACITY = 6200; // ten a second
 const DEGREES = 180 / Math.PI;
+const STALE_AFTER = 2; // s; the command gate refuses beyond this
 
-let channels = []; // { quantity, leg, nth of its quantity, name, unit, low, high } each; low and high are null where nothing limits them
+// By which a number of the server's, in SI units, is multiplied to be in a unit.
+export const scaleOf = (unit) => texts.UNITS[unit].scale;
+
+let channels = []; // { id, quantity, leg, nth of its quantity, name, unit, low, high } each; low and high are null where nothing limits them
 let times = new Float64Array(0);
 let numbers = []; // one ring for each channel
 let count = 0; // ever taken
@@ -22,9 +26,15 @@ export function startSamples(robot) {
     ...limited("position", (i) => robot.lower[i] * DEGREES, (i) => robot.upper[i] * DEGREES),
     ...limited("error", () => null, () => null),
     ...robot.legs.map((leg) => free("force", shared.leg(leg))),
+    ...robot.legs.map((leg) => ({ ...free("share", shared.leg(leg)), low: robot.least_load * 100 })),
     ...texts.PLACE.map((name) => free("place", name)),
     ...texts.LEAN.map((name) => free("lean", name)),
-  ].map((channel, at, all) => ({ ...channel, at, nth: at - all.findIndex(({ quantity }) => quantity === channel.quantity), unit: texts.QUANTITIES[channel.quantity].unit }));
+    free("tilt", texts.TILT),
+    { ...free("interval", texts.INTERVAL), high: STALE_AFTER },
+  ].map((channel, at, all) => {
+    const nth = at - all.findIndex(({ quantity }) => quantity === channel.quantity);
+    return { ...channel, at, nth, id: `${channel.quantity}.${nth}`, unit: texts.QUANTITIES[channel.quantity].unit };
+  });
   times = new Float64Array(CAPACITY);
   numbers = channels.map(() => new Float32Array(CAPACITY));
   subscribe(({ frame }) => { if (frame && isNew(frame)) take(frame); });
@@ -39,7 +49,8 @@ function take(frame) {
   last = frame;
   const slot = count % CAPACITY;
   times[slot] = Date.now() / 1000 - (frame.age_s ?? 0); // when it was so, by this page's clock
-  rowOf(frame).forEach((number, i) => { numbers[i][slot] = number; });
+  const interval = count > 0 ? times[slot] - times[(count - 1) % CAPACITY] : NaN;
+  [...rowOf(frame), interval].forEach((number, i) => { numbers[i][slot] = number; });
   count += 1;
 }
 
@@ -47,11 +58,21 @@ function rowOf({ posture, commanded, joint_torques: torques, wheel_forces: force
   const lean = [Math.atan2(T[2][1], T[2][2]), Math.asin(Math.max(-1, Math.min(1, -T[2][0]))), Math.atan2(T[1][0], T[0][0])];
   return [
     ...torques, ...posture.map((q) => q * DEGREES), ...posture.map((q, i) => (commanded[i] - q) * DEGREES),
-    ...forces.map((force) => force[2]), T[0][3], T[1][3], T[2][3], ...lean.map((angle) => angle * DEGREES),
+    ...forces.map((force) => force[2]), ...sharesOf(forces), T[0][3], T[1][3], T[2][3], ...lean.map((angle) => angle * DEGREES),
+    Math.acos(Math.max(-1, Math.min(1, T[2][2]))) * DEGREES,
   ];
 }
 
+function sharesOf(forces) {
+  const weight = forces.reduce((sum, force) => sum + force[2], 0);
+  return forces.map((force) => (weight > 0 ? (100 * force[2]) / weight : 0));
+}
+
+export const allChannels = () => channels;
+
 export const channelsOf = (quantity, leg) => channels.filter((one) => one.quantity === quantity && (one.leg === null || one.leg === leg));
+
+export const heardAny = () => count > 0;
 
 // When the first of what is kept was heard.
 export const heardFrom = () => times[count > CAPACITY ? count % CAPACITY : 0];

@@ -15,7 +15,7 @@ import * as texts from "../texts/telemetry.js";
 import { ink } from "../themes.js";
 import { shortName } from "./legs.js";
 
-const { QUANTITIES } = texts;
+const QUANTITIES = Object.fromEntries(Object.entries(texts.QUANTITIES).filter(([, { onlyRecorded }]) => !onlyRecorded));
 const STALE_AFTER = 2; // s
 const NEAR = 0.8; // share of a limit from which on a number is marked
 const HEIGHT = 130;
@@ -243,7 +243,7 @@ function drawList(channels, data) {
 
 // How far from the middle of what is allowed towards its end.
 function shareOf({ low, high }, number) {
-  if (low === null || number === undefined) return 0;
+  if (low === null || high === null || number === undefined) return 0;
   return Math.abs(number - (low + high) / 2) / ((high - low) / 2);
 }
 

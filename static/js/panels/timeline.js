@@ -5,6 +5,7 @@ import { act } from "../acts.js";
 import { followCursor, moment, point } from "../cursor.js";
 import { $, attempt, element } from "../dom.js";
 import { describe, events, subscribeToEvents, when as dated } from "../events.js";
+import { signOf } from "../eventsigns.js";
 import { KINDS } from "../kinds.js";
 import { known } from "../store.js";
 import * as plan from "../texts/plan.js";
@@ -14,13 +15,6 @@ import { WORN, ink } from "../themes.js";
 import { timeAxis } from "../timeaxis.js";
 import { mark as markOf } from "./plan.js";
 
-// kind → sign, colour, height on the line (0 top … 2)
-const SIGNS = {
-  plan: ["◆", "accent", 0], execution: ["◇", "accent", 0], sequence: ["≡", "accent", 0], export: ["⇪", "accent", 0],
-  snapshot: ["◉", "text", 1], terrain: ["▦", "text", 1], maps: ["▩", "text", 1], footfall: ["✚", "text", 1],
-  command: ["▸", "good", 2], stop: ["■", "bad", 2], fault: ["▲", "warn", 2], note: ["✎", "warn", 0],
-  undone: ["↶", "text", 1], redone: ["↷", "text", 1],
-};
 const RANGE = 10000; // steps of the slider
 const NEAR = 0.012; // of the line: a click this close to a sign means that event
 
@@ -57,22 +51,6 @@ function lay() {
   }
   $("timeline-scrub").value = String(Math.round(axis.placeOf(moment()) * RANGE));
   paint();
-}
-
-function signOf({ type, payload }) {
-  if (type === "product") return SIGNS[KINDS[payload.kind]?.sign];
-  if (type === "snapshot_taken") return SIGNS.snapshot;
-  if (type === "terrain_loaded" || type === "terrain_undone") return SIGNS.terrain;
-  if (type === "footfall_chosen" || type === "points_set") return SIGNS.footfall;
-  if (type === "plan_chosen") return SIGNS.plan;
-  if (type === "stiffness_taken_over") return SIGNS.execution;
-  if (type === "choice_undone" || type === "sequence_undone") return SIGNS.undone;
-  if (type === "choice_redone" || type === "sequence_redone") return SIGNS.redone;
-  if (type === "note") return SIGNS.note;
-  if (type === "command_sent") return SIGNS.command;
-  if (type === "command_refused" || type === "command_unknown") return SIGNS.fault;
-  if (type.startsWith("stop_")) return SIGNS.stop;
-  return /fault|lost|failed/.test(type) ? SIGNS.fault : null;
 }
 
 function scrub(place) {
@@ -131,8 +109,8 @@ function paint() {
   events.forEach((event, i) => {
     const sign = signOf(event);
     if (!sign) return;
-    pen.fillStyle = ink(event.payload.status && event.payload.status !== "found" ? "bad" : sign[1]);
-    pen.fillText(event.payload.status && event.payload.status !== "found" ? "✕" : sign[0], place(axis.placeOfKnot(i)), 12 + sign[2] * 11);
+    pen.fillStyle = ink(sign.colour);
+    pen.fillText(sign.sign, place(axis.placeOfKnot(i)), 12 + sign.height * 11);
   });
   const pointed = moment();
   const x = place(pointed === null ? 1 : axis.placeOf(pointed));

@@ -13,17 +13,29 @@ export const noEarlier = (why) => `What was before this page was loaded is not s
 export const hatched = "Stale: nothing heard where it is hatched.";
 export const toLimit = (share) => `, ${percent(share)} to limit`;
 
-/** @type {Object<string, {title: string, unit: string, ofLeg: boolean}>} */
+// onlyRecorded: two frames tell it together, so it is known of recordings and not of the last ten minutes in memory.
+/** @type {Object<string, {title: string, unit: string, ofLeg: boolean, onlyRecorded?: boolean}>} */
 export const QUANTITIES = {
   torque: { title: "Joint torques", unit: "N·m", ofLeg: true },
   position: { title: "Joint positions", unit: "°", ofLeg: true },
   error: { title: "Commanded − measured", unit: "°", ofLeg: true },
   force: { title: "Wheel forces, up", unit: "N", ofLeg: false },
+  share: { title: "Shares of the weight", unit: "%", ofLeg: false },
   place: { title: "Chassis: place", unit: "m", ofLeg: false },
   lean: { title: "Chassis: roll, pitch, yaw", unit: "°", ofLeg: false },
+  tilt: { title: "Chassis: tilt", unit: "°", ofLeg: false },
+  interval: { title: "Time between frames", unit: "s", ofLeg: false, onlyRecorded: true },
+};
+// scale: of the server's numbers, in SI units. digits: behind the point, as they are read.
+/** @type {Object<string, {scale: number, digits: number}>} */
+export const UNITS = {
+  m: { scale: 1, digits: 3 }, s: { scale: 1, digits: 2 }, N: { scale: 1, digits: 0 }, "N·m": { scale: 1, digits: 1 },
+  "°": { scale: 180 / Math.PI, digits: 2 }, "%": { scale: 100, digits: 1 },
 };
 export const PLACE = ["x east", "y north", "z up"];
 export const LEAN = ["roll", "pitch", "yaw"];
+export const TILT = "from the vertical";
+export const INTERVAL = "as they came";
 
 // -- legs ------------------------------------------------------------------------------------------
 
