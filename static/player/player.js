@@ -1,6 +1,13 @@
-"use strict";
-// Plays a recorded session from what this file carries. All of it goes in as text.
-const story = JSON.parse(document.getElementById("story").textContent);
+// Plays a recorded session from what the file carries that this is put into. All of it goes in as text.
+
+import { fixed } from "../js/figures.js";
+import {
+  aboutSession, chosenEvent, commandsTold, eventAt, fromAbove, marginOf, noCommands, noStop, nothingPlanned, pauseIt, planFound, planOf, planRefused, playIt, shareOf, stateOf,
+} from "../js/texts/player.js";
+import { THEMES, ink, theme, wear, wearKept } from "../js/themes.js";
+import { readable } from "../js/words.js";
+
+const story = readable(JSON.parse(document.getElementById("story").textContent));
 /** @type {(id: string) => any} whatever kind of element has that id */
 const $ = (id) => document.getElementById(id);
 const PLAY_SECONDS = 6;
@@ -19,10 +26,14 @@ function row(...cells) {
 }
 
 const clock = (time) => new Date(time * 1000).toISOString().slice(0, 19).replace("T", " ");
-const fixed = (number, digits = 3) => (typeof number === "number" ? number.toFixed(digits).replace(/^-(?=0\.?0*$)/, "").replace("-", "−") : "–");
+
+wearKept();
+$("theme").append(...THEMES.map((name) => element("option", name)));
+$("theme").value = theme();
+$("theme").addEventListener("change", () => { wear($("theme").value); draw(); });
 
 $("name").textContent = story.name;
-$("about").textContent = `Recorded session of the rover ${story.robot}, ${story.events.length} events. Written by FootFall ${story.software}; nothing can be sent from here.`;
+$("about").textContent = aboutSession(story.robot, story.events.length, story.software);
 
 // Who presses the stop keys of the operator's page here must not believe that the rover stops.
 let lastEscape = -Infinity;
@@ -32,14 +43,14 @@ window.addEventListener("keydown", (event) => {
   if (!twice && !((event.ctrlKey || event.metaKey) && event.key === ".")) return;
   event.preventDefault();
   $("no-stop").hidden = false;
-  $("no-stop").textContent = "NO STOP WAS SENT: this page plays a recording and reaches no rover. Stop it on the operator's page, or use another way.";
+  $("no-stop").textContent = noStop;
 }, true);
 
 // -- timeline --------------------------------------------------------------------------------
 
 $("place").max = String(story.events.length - 1);
 $("events").append(...story.events.map((event) => {
-  const made = element("li", `${clock(event.time)} ${event.text}`);
+  const made = element("li", eventAt(clock(event.time), event.text));
   made.value = event.seq;
   return made;
 }));
@@ -48,7 +59,7 @@ function goTo(index) {
   const at = Math.min(story.events.length - 1, Math.max(0, index));
   const event = story.events[at];
   $("place").value = String(at);
-  $("event").textContent = `${clock(event.time)} UTC, ${event.text}`;
+  $("event").textContent = chosenEvent(clock(event.time), event.text);
   [...$("events").children].forEach((one, i) => (i === at ? one.setAttribute("aria-current", "true") : one.removeAttribute("aria-current")));
   $("events").children[at].scrollIntoView({ block: "nearest" });
   const latest = story.plans.findLastIndex((plan) => plan.seq <= event.seq);
@@ -66,7 +77,7 @@ let picture = null;
 let playing = 0;
 
 $("plan").append(...story.plans.map((one, i) => {
-  const made = element("option", `event ${one.seq}: leg ${one.leg}, ${one.status.replaceAll("_", " ")}`);
+  const made = element("option", planOf(one.seq, one.leg, one.status));
   made.value = String(i);
   return made;
 }));
@@ -83,13 +94,13 @@ function choose(index) {
   const figures = plan.figures;
   $("plan-text").className = plan.status === "found" ? "yes" : "no";
   $("plan-text").textContent = figures
-    ? `Found. The wheel travels ${fixed(figures.length, 2)} m in ${fixed(figures.duration, 1)} s; least clearance ${fixed(figures.clearance)} m, least margin of balance ${fixed(figures.margin)} m.`
-    : `No plan (${plan.status.replace("goal_invalid", "the leg cannot stand there").replaceAll("_", " ")}): ${plan.reason}`;
+    ? planFound(figures)
+    : planRefused(plan.status, plan.reason);
   $("checks").tBodies[0].replaceChildren(...plan.checks.map((check) => row(
-    element("td", check.name, mark(check)), element("td", check.margin === null ? "–" : `${fixed(check.margin)} ${check.unit}`), element("td", check.where))));
+    element("td", check.name, mark(check)), element("td", check.margin === null ? "–" : marginOf(check.margin, check.unit)), element("td", check.where))));
   $("beside").parentElement.hidden = !plan.swing;
   const map = story.maps[plan.map];
-  $("above-text").textContent = `From above: east to the right, north up. ${map ? `Ground: ${map.title}.` : "No map of this leg was made."} White: the wheel's way; cross: the chosen footfall.`;
+  $("above-text").textContent = fromAbove(map?.title);
   $("legend").replaceChildren(...(map?.legend ?? []).map(({ text, rgb }) => {
     const made = element("li", "");
     const swatch = element("i", "");
@@ -139,8 +150,8 @@ function wheelAt(share) {
 function draw() {
   if (!plan) return;
   const share = Number($("scrub").value) / 1000;
-  $("play").textContent = playing ? "❚❚ Pause" : "▶ Play";
-  $("scrub-read").textContent = `${Math.round(share * 100)} %`;
+  $("play").textContent = playing ? pauseIt : playIt;
+  $("scrub-read").textContent = shareOf(share);
   drawAbove(share);
   drawBeside(share);
 }
@@ -174,15 +185,15 @@ function drawAbove(share) {
     made.drawImage(picture.image, left, top, (east - west) * scale, (north - south) * scale);
   }
   const [u, v] = to([x, y]);
-  for (const [style, thick] of [["#000", 5], ["#fff", 2]]) {
+  for (const [style, thick] of [[ink("ground"), 5], [ink("strong"), 2]]) {
     line(made, [[u - 10, v], [u + 10, v]], style, thick);
     line(made, [[u, v - 10], [u, v + 10]], style, thick);
   }
   if (!plan.swing) return;
-  for (const [style, thick] of [["#000", 5], ["#fff", 2]]) line(made, plan.swing.centers.map(to), style, thick);
+  for (const [style, thick] of [[ink("ground"), 5], [ink("strong"), 2]]) line(made, plan.swing.centers.map(to), style, thick);
   const [a, b] = to(wheelAt(share).center);
-  made.fillStyle = "#ffc94d";
-  made.strokeStyle = "#000";
+  made.fillStyle = ink("warn");
+  made.strokeStyle = ink("ground");
   made.beginPath();
   made.arc(a, b, 8, 0, 2 * Math.PI);
   made.fill();
@@ -199,10 +210,10 @@ function drawBeside(share) {
   const high = Math.max(...centers.map((one) => one[2] + story.wheel_radius));
   const scale = Math.min((width - 2 * 30) / (along.at(-1) + 2 * story.wheel_radius), (height - 20) / (high - low));
   const to = (s, z) => [30 + (s + story.wheel_radius) * scale, height - 10 - (z - low) * scale];
-  line(made, along.flatMap((s, i) => (ground[i] === null ? [] : [to(s, ground[i])])), "#b98d5a", 3);
-  line(made, along.map((s, i) => to(s, centers[i][2])), "#fff", 2);
+  line(made, along.flatMap((s, i) => (ground[i] === null ? [] : [to(s, ground[i])])), ink("line-2"), 3);
+  line(made, along.map((s, i) => to(s, centers[i][2])), ink("strong"), 2);
   const now = wheelAt(share);
-  made.strokeStyle = "#ffc94d";
+  made.strokeStyle = ink("warn");
   made.lineWidth = 3;
   made.beginPath();
   made.arc(...to(now.along, now.center[2]), story.wheel_radius * scale, 0, 2 * Math.PI);
@@ -213,17 +224,17 @@ function drawBeside(share) {
 
 const states = new Map(story.commands.map((one) => [one.row, one]));
 $("commands-text").textContent = story.sequence
-  ? `${story.sequence.rows.length} commands, ${fixed(story.sequence.duration, 1)} s; ${story.sequence.valid ? "every rule holds" : "a rule is broken"}. ${story.commands.length ? "State: how far the latest run came." : "None was sent."}`
-  : "No commands were made.";
+  ? commandsTold(story.sequence.rows.length, story.sequence.duration, story.sequence.valid, story.commands.length > 0)
+  : noCommands;
 $("commands").hidden = !story.sequence;
 if (story.sequence) {
   $("commands").tBodies[0].append(...story.sequence.rows.map((one, i) => {
     const state = states.get(i);
-    const cells = [i + 1, one.name, one.leg ?? "–", one.phase || "–", fixed(one.duration), state ? `${state.state}${state.reason ? `: ${state.reason}` : ""}` : "–"];
+    const cells = [i + 1, one.name, one.leg ?? "–", one.phase || "–", fixed(one.duration), state ? stateOf(state.state, state.reason) : "–"];
     return row(...cells.map((text) => element("td", String(text))));
   }));
 }
 
 if (story.plans.length) choose(story.plans.length - 1);
-else $("plan-text").textContent = "Nothing was planned.";
+else $("plan-text").textContent = nothingPlanned;
 goTo(story.events.length - 1);

@@ -1,4 +1,6 @@
-"""All that an operator reads from the page's scripts stands in one catalogue, ``static/js/texts``.
+"""All that is read from the scripts of the page, and of the page that plays alone, stands in one catalogue.
+
+That is ``static/js/texts``.
 
 What counts as a text is said in ``tests/tools/texts.mjs``, which finds them.
 """
@@ -6,6 +8,9 @@ What counts as a text is said in ``tests/tools/texts.mjs``, which finds them.
 import json
 import re
 from collections import Counter
+from pathlib import Path
+
+import pytest
 
 from tests.architecture.test_page_acts import STATIC
 from tests.support.node import run
@@ -35,9 +40,14 @@ def found(sources: dict[str, str]) -> list[tuple[str, int, str]]:
     return [(one["name"], one["line"], one["text"]) for one in json.loads(run("texts.mjs", given=json.dumps(sources)))]
 
 
+def scripts() -> list[Path]:
+    return [*sorted(JS.rglob("*.js")), STATIC / "player" / "player.js"]
+
+
 def sources() -> dict[str, str]:
-    paths = [path for path in sorted(JS.rglob("*.js")) if CATALOGUE not in path.parents]
-    return {name: path.read_text() for path in paths if (name := path.relative_to(JS).as_posix()) not in ELSEWHERE}
+    paths = [path for path in scripts() if CATALOGUE not in path.parents]
+    names = {path: path.relative_to(JS if JS in path.parents else STATIC).as_posix() for path in paths}
+    return {name: path.read_text() for path, name in names.items() if name not in ELSEWHERE}
 
 
 def is_none(name: str, text: str) -> bool:
@@ -46,7 +56,7 @@ def is_none(name: str, text: str) -> bool:
 
 def test_texts_stand_in_the_catalogue():
     texts = [one for one in found(sources()) if not is_none(one[0], one[2])]
-    strays = [f"static/js/{name}:{line} {text!r}" for name, line, text in texts]
+    strays = [f"{name}:{line} {text!r}" for name, line, text in texts]
     assert not strays, "these belong into static/js/texts:\n" + "\n".join(strays)
 
 
@@ -74,12 +84,12 @@ def test_every_text_of_the_catalogue_is_said():
         for name in re.findall(r"^export (?:const|function) (\w+)", path.read_text(), re.M)
     }
     said = set()
-    for path in sorted(JS.rglob("*.js")):
+    for path in scripts():
         source = path.read_text()
         folder = "" if path.parent == CATALOGUE else "texts/"
         if path.parent == CATALOGUE:
             said |= {(path.stem, name) for name, count in Counter(re.findall(r"\w+", source)).items() if count > 1}
-        for names, module in re.findall(rf'import \{{([^}}]*)\}} from "\.[./]*{folder}(\w+)\.js"', source):
+        for names, module in re.findall(rf'import \{{([^}}]*)\}} from "\.[./]*(?:js/)?{folder}(\w+)\.js"', source):
             said |= {(module, name) for name in re.findall(r"\w+", names)}
         for alias, module in re.findall(r'import \* as (\w+) from "\.[./]*texts/(\w+)\.js"', source):
             said |= {(module, name) for name in re.findall(rf"\b{alias}\.(\w+)", source)}
@@ -87,6 +97,32 @@ def test_every_text_of_the_catalogue_is_said():
                 said |= {(module, name) for name in re.findall(r"\w+", names)}
     assert len(exported) > 50
     assert exported - said == set()
+
+
+def words_of(page: str) -> list[str]:
+    """What is read in a page's markup: texts, titles and names for who can't see."""
+    markup = re.sub(r"<(script|style).*?</\1>", "", page, flags=re.S)
+    told = re.findall(r'\b(?:title|aria-label|placeholder)="([^"]*)"', markup)
+    return [
+        one
+        for one in (" ".join(part.split()) for part in [*told, *re.sub(r"<[^>]*>", "\n", markup).split("\n")])
+        if one
+    ]
+
+
+@pytest.mark.parametrize("page", ["index.html", "login.html", "player/player.html"])
+def test_words_of_the_markup_have_true_signs_and_say_something(page: str):
+    words = words_of((STATIC / page).read_text())
+    assert len(words) > 5
+    assert [one for one in words if re.search(r"(?:^|[\s(\[,:±])-[\dxyz]", one)] == [], "a hyphen is no minus sign"
+    assert [one for one in words if "..." in one] == []
+    titles = re.findall(r' title="([^"]*)"', (STATIC / page).read_text())
+    assert [one for one in titles if len(one) < 3] == [], "a key is said by the act that has it"
+
+
+def test_words_of_markup_are_found():
+    page = '<p title="a -1">See <b>-2 m</b> at 1-3</p><script>"-5"</script>'
+    assert words_of(page) == ["a -1", "See", "-2 m", "at 1-3"]
 
 
 PLANTED = [

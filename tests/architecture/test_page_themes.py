@@ -9,7 +9,8 @@ from pathlib import Path
 import pytest
 
 CSS = Path(__file__).resolve().parents[2] / "static" / "css"
-SHEETS = [path for path in sorted(CSS.glob("*.css")) if path.name != "themes.css"]
+PLAYER = CSS.parent / "player" / "player.css"
+SHEETS = [*(path for path in sorted(CSS.glob("*.css")) if path.name != "themes.css"), PLAYER]
 FLOORS = {"dark": 4.5, "light": 4.5, "sunlight": 7.0}
 STATES = {"chosen", "chosen-faint", "main", "failing", "alarm"}
 """Surfaces that mark a state. Quiet and coloured text is not written on them, but where ``ALSO`` says so."""

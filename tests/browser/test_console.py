@@ -9,12 +9,19 @@ import numpy as np
 import pytest
 from playwright.sync_api import Browser, Page, expect
 
-from tests.support.page_steps import figure, held
+from tests.browser.test_themes import told
+from tests.support.page_steps import as_shown, figure, held
 from tests.support.server import Running
 from tests.support.spoken import current, say, say_at
 from tests.support.waiting import until
 
 Keep = Callable[[str], None]
+DRESSED = """name => {
+  document.getElementById("theme").value = name;
+  document.getElementById("theme").dispatchEvent(new Event("change"));
+  const { backgroundColor, color } = getComputedStyle(document.body);
+  return [backgroundColor, color, getComputedStyle(document.querySelector("section")).backgroundColor];
+}"""
 HOSTILE = "<img src=x onerror=document.title='owned'>"
 
 
@@ -290,7 +297,7 @@ def test_an_exported_page_plays_without_a_server(
     expect(page.locator("#events li").last).to_contain_text(HOSTILE)
     expect(page.locator("#checks tbody tr")).to_have_count(len(plan["checks"]))
     for row, check in zip(page.locator("#checks tbody tr").all(), plan["checks"], strict=True):
-        expect(row.locator("td").last).to_have_text(check["where"])
+        expect(row.locator("td").last).to_have_text(as_shown(check["where"]))
     assert page.evaluate(
         "[...document.querySelectorAll('#events, main')].every(one => one.scrollWidth <= one.clientWidth)"
     )
@@ -302,6 +309,15 @@ def test_an_exported_page_plays_without_a_server(
     page.get_by_role("button", name="Event before").click()
     expect(page.locator("#event")).not_to_contain_text(HOSTILE)
     look_at(page, "player")
+    hyphens = page.locator("main").evaluate(r"one => one.textContent.match(/(?:^|[\s(,:])-\d[\d.]*/g)")
+    assert hyphens is None, "a minus sign is none of a keyboard's"
+    wells = {name: page.evaluate(DRESSED, name) for name in ("light", "sunlight", "dark")}
+    assert wells == {name: [told(name, "ground"), told(name, "text"), told(name, "panel")] for name in wells}
+    page.locator("#theme").select_option("light")
+    assert page.locator("#beside").evaluate("canvas => canvas.toDataURL()") != before
+    page.reload()
+    expect(page.locator("#theme")).to_have_value("light")
+    look_at(page, "player-light")
     context.close()
     assert not faults
     assert set(asked) <= {"file", "data"}
