@@ -9,6 +9,7 @@ import pytest
 from playwright.sync_api import Page, expect
 
 from footfall.io.recordings.reading import Recording
+from footfall.telemetry.state import TelemetryFrame
 from tests.architecture.test_page_themes import FLOORS
 from tests.browser.test_console_access import violations
 from tests.support.page_steps import held
@@ -74,16 +75,18 @@ def test_a_plot_of_several_quantities_has_the_numbers_of_the_recording(
     shown(console)
     plot = added(console, "torque leg 2 hip pitch", "force leg 2", "° tilt")
     until(lambda: len(columns_of(console)[0]) == FRAMES, "the whole recording")
-    frames = [one for path in current(quiet).rover.recorder.paths() for one in Recording(path).said()]
+    paths = current(quiet).rover.recorder.paths()
+    heard = [one for path in paths for one in Recording(path).said() if isinstance(one.content, TelemetryFrame)]
+    states = [one.content.state for one in heard if isinstance(one.content, TelemetryFrame)]
     expected = np.array(
         [
-            [one.content.state.joint_torques[13] for one in frames],
-            [one.content.state.wheel_forces[2, 2] for one in frames],
-            [tilt(one.content.state.T_site_base[:3, 2]) for one in frames],
+            [state.joint_torques[13] for state in states],
+            [state.wheel_forces[2, 2] for state in states],
+            [tilt(state.T_site_base[:3, 2]) for state in states],
         ]
     )
     times, columns = columns_of(console)
-    assert times == pytest.approx([one.at / 1e9 for one in frames], abs=0.5)  # by this computer's clock
+    assert times == pytest.approx([one.at / 1e9 for one in heard], abs=0.5)  # by this computer's clock
     assert columns == pytest.approx(expected, rel=1e-5, abs=1e-4)
     assert drawn(console)["pauses"][0] == pytest.approx([said + 30, said + 51], abs=0.5)
     gaps = [i for i, one in enumerate(drawn(console)["columns"][0][: FRAMES + 1]) if one is None]

@@ -34,6 +34,7 @@ export function picker(plot, choose) {
   const list = element("ul", { className: "channels" });
   const note = element("p", { className: "hint", role: "status" });
   const summary = element("summary");
+  let drawn = "";
   const box = element("details", { className: "picker" }, summary, field, list, note);
   const draw = () => {
     const { name, channels } = plot();
@@ -45,6 +46,10 @@ export function picker(plot, choose) {
     const isChosen = ({ id }) => channels.includes(id);
     const ordered = [...fitting.filter(isChosen), ...fitting.filter((one) => !isChosen(one))];
     const full = channels.length >= MOST_CHANNELS;
+    note.textContent = full ? texts.full(MOST_CHANNELS) : ordered.length > SHOWN ? texts.more(ordered.length - SHOWN) : ordered.length ? "" : texts.none;
+    const listed = JSON.stringify([ordered.slice(0, SHOWN).map(({ id }) => id), channels]);
+    if (listed === drawn) return; // what is pressed at the moment must not be another tick by then
+    drawn = listed;
     const focused = /** @type {HTMLElement} */ (document.activeElement)?.dataset?.channel;
     list.replaceChildren(...ordered.slice(0, SHOWN).map((one) => {
       const tick = element("input", { type: "checkbox", checked: isChosen(one), disabled: full && !isChosen(one) });
@@ -53,7 +58,6 @@ export function picker(plot, choose) {
       return element("li", {}, element("label", {}, tick, element("span", { textContent: told(one) })));
     }));
     if (focused) /** @type {HTMLElement} */ (list.querySelector(`[data-channel="${focused}"]`))?.focus();
-    note.textContent = full ? texts.full(MOST_CHANNELS) : ordered.length > SHOWN ? texts.more(ordered.length - SHOWN) : ordered.length ? "" : texts.none;
   };
   field.addEventListener("input", draw);
   box.addEventListener("toggle", () => { draw(); if (box.open) field.focus(); });

@@ -4,6 +4,7 @@ Reading takes an interpreter for seconds, so each answer reads a little more, an
 has all of it in the end. What was read is kept in that process, files that were looked at long ago coarsely.
 """
 
+import math
 import time
 from collections import OrderedDict
 from collections.abc import Sequence
@@ -163,11 +164,11 @@ def _told(
     part = np.clip(np.floor((times - begin) / (end - begin) * parts), -1, parts)
     edges = [*np.flatnonzero(np.diff(part, prepend=-2)).tolist(), len(times)]
     moments, least_and_greatest = extremes(times, rows, edges)
-    columns = np.where(np.isnan(least_and_greatest), None, least_and_greatest.astype(object)).T
+    columns = [[None if math.isnan(one) else one for one in column] for column in least_and_greatest.T.tolist()]
     heard = heard[_with_neighbours(heard, begin, end)]
     seen = np.flatnonzero(np.diff(heard) > max(SILENCE, (end - begin) / parts / 2))
     silences = zip(heard[seen].tolist(), heard[seen + 1].tolist(), strict=True)
-    return tuple(moments.tolist()), tuple(map(tuple, columns.tolist())), tuple(silences)
+    return tuple(moments.tolist()), tuple(map(tuple, columns)), tuple(silences)
 
 
 def _of(track: Track, channels: Sequence[tuple[str, int]], fine: bool) -> Numbers:
