@@ -1,0 +1,129 @@
+"""On a tablet stop, status, scene and the next act stay in sight while commands go out; a finger meets what it aims at.
+
+And in any width the words of a stop lie over nothing else of the status bar.
+"""
+
+from collections.abc import Callable, Iterator
+
+import pytest
+from playwright.sync_api import Browser, Page, expect
+
+from tests.browser.test_page import COVERED
+from tests.support.server import Running
+from tests.support.spoken import current, say
+from tests.support.waiting import BOUND
+
+FREQUENT = [
+    *("#stop", "#next-act", "#walk-until", "#legs button", "#ghost-play", "#scrub", "#timeline-back", "#timeline-on"),
+    *("#timeline-now", "#note-open", "#arm", "#send", "#run-hold", "#run-abort", "#export"),
+]
+FINGER = 44
+"""A target's least width and height [px], as WCAG 2.5.5 has it."""
+IN_SIGHT = ["#stop", "#stop-state", "#status-link", "#status-mode", "#status-match", "#next-act", ".scene", "#scrub"]
+SIZES = [(1024, 768), (768, 1024)]
+
+
+@pytest.fixture(params=SIZES, ids=lambda size: f"{size[0]}x{size[1]}")
+def tablet(chromium: Browser, quiet: Running, request: pytest.FixtureRequest) -> Iterator[Page]:
+    width, height = request.param
+    context = chromium.new_context(viewport={"width": width, "height": height}, has_touch=True, is_mobile=True)
+    page = context.new_page()
+    page.goto(f"{quiet.url}/?scene=off")
+    expect(page.locator("#timeline-text")).to_contain_text("Latest", timeout=BOUND * 1000)
+    yield page
+    context.close()
+
+
+def sending(quiet: Running) -> None:
+    """A run whose first row is with the rover."""
+    live = current(quiet)
+    live.rover.connected(lambda text: None)
+    say(quiet, 1)
+    live.commands.send(live.commands.arm()["token"])
+
+
+def test_what_counts_stays_in_sight_while_commands_go_out(
+    tablet: Page, quiet: Running, look_at: Callable[[Page, str], None]
+) -> None:
+    sending(quiet)
+    tablet.locator("#layout").select_option("execute")
+    expect(tablet.locator("#arm-state")).to_be_visible()
+    for end in ("#h-commands", "#clearances-note", "#send"):
+        tablet.locator(end).evaluate("one => one.scrollIntoView({ block: 'center' })")
+        for part in IN_SIGHT:
+            expect(tablet.locator(part)).to_be_in_viewport(ratio=1)
+    assert tablet.evaluate("() => [scrollX, scrollY, document.querySelector('main').scrollTop]") == [0, 0, 0]
+    expect(tablet.locator("#send")).to_be_in_viewport(ratio=1)
+    look_at(tablet, "sending")
+
+
+MEASURED = """selectors => {
+  const run = document.getElementById("run-acts");
+  for (const one of [run, ...run.children]) one.hidden = false;
+  return selectors.flatMap(selector => [...document.querySelectorAll(selector)].map(one => {
+    const { width, height } = one.getBoundingClientRect();
+    return [selector, width, height];
+  }));
+}"""
+"""Shows what a run shows, and measures at once: a rover that falls silent ends a run at any moment."""
+
+
+def test_a_finger_meets_what_is_used_often(tablet: Page) -> None:
+    assert tablet.evaluate("() => matchMedia('(pointer: coarse)').matches")
+    tablet.locator("#layout").select_option("execute")
+    expect(tablet.locator("#send")).to_be_visible()
+    found = tablet.evaluate(MEASURED, FREQUENT)
+    assert {selector for selector, *_ in found} == set(FREQUENT)
+    assert [one for one in found if min(one[1:]) < FINGER - 0.01] == []
+
+
+def test_nothing_over_the_scene_covers_anything_else_on_a_tablet(tablet: Page) -> None:
+    expect(tablet.locator("#scrub-time")).to_be_visible()
+    for layout in ("plan a step", "execute", "review", "plots"):
+        tablet.locator("#layout").select_option(layout)
+        seen = tablet.evaluate(COVERED)
+        assert seen["outside"] == seen["over"] == [], (layout, seen)
+        assert seen["height"] >= 270
+
+
+OVERLAPS = """async () => {
+  const texts = await import("/js/texts/link.js");
+  const said = [
+    texts.noSafetyStop, texts.stopFailed, texts.standsStopped, texts.stopAcknowledged, texts.stopNotAcknowledged,
+    texts.stopWithoutRover, texts.stopBefore(3000, texts.notAcknowledgedBefore),
+    texts.stopOnItsWay(texts.arrivesIn(1.2) + texts.answerIn(2.5)),
+  ];
+  const state = document.getElementById("stop-state");
+  const whatIf = document.getElementById("status-what-if-box");
+  const header = document.querySelector("header.status").getBoundingClientRect();
+  const found = [];
+  for (const [text, hidden] of said.flatMap(one => [[one, true], [one, false]])) {
+    whatIf.hidden = hidden;
+    state.textContent = text;
+    const inForce = text !== texts.noSafetyStop;
+    state.className = inForce ? "in-force" : "";
+    document.getElementById("stop-clear").hidden = !inForce;
+    const box = document.querySelector(".stop-box").getBoundingClientRect();
+    for (const one of document.querySelectorAll("header dl > div")) {
+      if (!one.checkVisibility()) continue;
+      const range = document.createRange();
+      range.selectNodeContents(one.querySelector("dd"));
+      const own = range.getBoundingClientRect();
+      const apart = own.right <= box.left || own.left >= box.right || own.bottom <= box.top || own.top >= box.bottom;
+      if (!apart || own.right > innerWidth + 1) found.push(`${one.textContent} and ${text}`);
+    }
+    const words = document.createRange();
+    words.selectNodeContents(state);
+    const own = words.getBoundingClientRect();
+    if (own.top < header.top || own.bottom > header.bottom) found.push(`cut off: ${text}`);
+  }
+  return found;
+}"""
+"""Sets all that a stop may say, with a what-if and without, and measures at once, before the page draws again."""
+
+
+@pytest.mark.parametrize("width", [768, 1024, 1200, 1251, 1280, 1366, 1600])
+def test_the_words_of_a_stop_lie_over_nothing_else(console: Page, width: int) -> None:
+    console.set_viewport_size({"width": width, "height": 800})
+    expect(console.locator("#status-server")).to_have_text("connected")
+    assert console.evaluate(OVERLAPS) == []
