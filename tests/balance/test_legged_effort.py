@@ -3,10 +3,14 @@
 import numpy as np
 import pytest
 
+from footfall.balance import legged_effort
 from footfall.balance.cones import generators
 from footfall.balance.friction import FRICTION
 from footfall.balance.legged_effort import effort_ratio
+from footfall.balance.simplex import UNFINISHED
 from footfall.core.frames import rotation_rpy, transform
+from footfall.io.any_robot import load_legged
+from footfall.io.robot_files import robot_toml
 from footfall.io.urdf.read import read_urdf
 from footfall.robot.legged.find_legs import legged_model
 from footfall.robot.legged.legged_robot import LeggedRobot
@@ -46,6 +50,33 @@ def test_the_least_share_is_that_of_a_linear_program_on_another_model(name, tmp_
             held += 1
             assert told == pytest.approx(expected, rel=1e-5, abs=1e-7)
     assert held > 2
+
+
+def test_a_search_that_loses_its_way_begins_with_another_foot(monkeypatch):
+    """As it does with feet in a row to within rounding: the program is the same whichever foot is first."""
+    robot = load_legged("ambler")
+    other = Recheck(robot_toml("ambler").with_name("ambler.urdf"), robot, [])
+    rng, q, standing = np.random.default_rng(4), robot.posture("stand"), [0, 1, 3, 4, 5]
+    up, real = np.tile((0.0, 0.0, 1.0), (5, 1)), legged_effort.least_ratio
+    firsts = []
+
+    def lost_at_first(arms, *given):
+        firsts.append(arms[0])
+        return (UNFINISHED, np.inf) if len(firsts) == 1 else real(arms, *given)
+
+    monkeypatch.setattr(legged_effort, "least_ratio", lost_at_first)
+    for _ in range(4):
+        T = np.eye(4)
+        T[:2, 3] = rng.uniform(-0.1, 0.1, 2)
+        contacts = (placed(robot, q).soles + T[:3, 3])[standing]
+        contacts[:, 1] += 1e-3 * rng.normal(size=5)
+        firsts.clear()
+        told = effort_ratio(robot, q, T, standing, contacts, up)
+        assert told == pytest.approx(
+            other.least_share(q, T, standing, contacts, up, generators(up, FRICTION)), rel=1e-5
+        )
+        assert len(firsts) >= 2
+        assert np.abs(firsts[0] - firsts[1]).max() > 0.1
 
 
 def test_a_posture_is_held_by_the_same_whatever_was_asked_before(tmp_path):

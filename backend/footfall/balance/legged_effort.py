@@ -14,7 +14,7 @@ from footfall.balance.balance_settings import GRAVITY, SIDES
 from footfall.balance.cones import facets
 from footfall.balance.friction import FRICTION
 from footfall.balance.region import require_stance
-from footfall.balance.simplex import INFEASIBLE, OPTIMAL
+from footfall.balance.simplex import INFEASIBLE, OPTIMAL, UNFINISHED
 from footfall.balance.torque_kernel import least_ratio
 from footfall.core.errors import FootFallError
 from footfall.core.frames import apply
@@ -55,13 +55,29 @@ def effort_ratio(
         constant[row, :count] = own[part]
         effect[row, :count] = -weight / robot.efforts[part, None] * moves
     size = max(float(np.abs(arms).max()), 1e-6)
-    status, ratio = least_ratio(arms / size, facets(unit, FRICTION, SIDES), effect, constant, np.empty_like(arms))
+    status, ratio = _least(arms / size, facets(unit, FRICTION, SIDES), effect, constant)
     if status == INFEASIBLE:
         return float("inf")
     if status != OPTIMAL:
-        raise FootFallError("the torque program was not solved", status=int(status))
+        raise FootFallError("the torque program was not solved", status=status)
     lifted = [np.abs(own[robot.slices[leg]]).max() for leg in robot.legs if leg not in standing]
     return float(max([ratio, *lifted]))
+
+
+def _least(arms: Array, faces: Array, effect: Array, constant: Array) -> tuple[int, float]:
+    """Status and ratio of the program.
+
+    Feet in a row to within 1e-8 of the stance leave pivots so small that the search may lose its way; with the feet in
+    another order it is the same program with other pivots.
+    """
+    status, ratio = UNFINISHED, float("nan")
+    for first in range(len(arms)):
+        order = np.roll(np.arange(len(arms)), -first)
+        each = (np.ascontiguousarray(part[order]) for part in (arms, faces, effect, constant))
+        status, ratio = least_ratio(*each, np.empty_like(arms))
+        if status != UNFINISHED:
+            break
+    return int(status), float(ratio)
 
 
 def _statics(robot: LeggedRobot, q: Array, R_site_base: Array) -> tuple[Array, Array, Array, Array]:

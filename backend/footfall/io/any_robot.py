@@ -1,10 +1,11 @@
-"""Reading any robot: one of the shipped ones' build, or one that others described."""
+"""Reading any robot: those that ship with FootFall, by name, and ones that others described, by path."""
 
 import tomllib
 from pathlib import Path
 from typing import Literal, overload
 
 from footfall.io.robot_files import load_robot as load_shipped
+from footfall.io.robot_files import robot_toml
 from footfall.io.urdf.proposed import read_proposed
 from footfall.robot.legged.legged_robot import LeggedRobot
 from footfall.robot.model import Robot
@@ -15,7 +16,7 @@ def load_robot(name_or_path: Literal["athlete"]) -> Robot: ...
 @overload
 def load_robot(name_or_path: str | Path) -> Robot | LeggedRobot: ...
 def load_robot(name_or_path: str | Path) -> Robot | LeggedRobot:
-    """A robot by its name ("athlete"), by the path of a description file, or by that of a robot.toml beside a URDF.
+    """A robot by its name ("athlete", "ambler"), or by the path of a description file or of a robot.toml beside a URDF.
 
     Raises NotFound where there is no such robot, InvalidRobot where its description can't be used.
     """
@@ -23,14 +24,14 @@ def load_robot(name_or_path: str | Path) -> Robot | LeggedRobot:
 
 
 def load_legged(path: str | Path) -> LeggedRobot:
-    """A robot by the path of its robot.toml. Raises NotFound and InvalidRobot as :func:`load_robot`."""
-    read = read_proposed(path)
+    """A robot by its name, or the path of its robot.toml. Raises NotFound and InvalidRobot as :func:`load_robot`."""
+    read = read_proposed(robot_toml(path))
     return LeggedRobot(read.model, read.postures, read.clearances, read.always)
 
 
 def is_legged(name_or_path: str | Path) -> bool:
-    """Whether a file is TOML with a ``urdf`` in it, which a robot.toml has and a shipped description does not."""
-    path = Path(name_or_path)
+    """Whether a file is TOML with a ``urdf`` in it, which a robot.toml has and ATHLETE's description does not."""
+    path = robot_toml(name_or_path)
     if path.suffix != ".toml" or not path.is_file():
         return False
     try:

@@ -15,11 +15,20 @@ WORKS_WITH_OWN = (
     "in Python stand, compute_maps, plan_step, plan_walk and export"
 )
 """What takes robots that others described (io.any_robot)."""
+SHIPPED_TOML = ("ambler",)
+"""Names of robots that ship as a robot.toml with its URDF, like those that others described."""
 
 
 def robot_names() -> list[str]:
-    """Names of the robots that ship with FootFall."""
+    """Names of the robots of ATHLETE's build that ship with FootFall."""
     return sorted(path.stem for path in robot_assets_folder().glob("*/*.toml") if path.stem == path.parent.name)
+
+
+def robot_toml(name_or_path: str | Path) -> Path:
+    """Where the robot.toml of a robot of SHIPPED_TOML is; any other path stays as it is."""
+    if str(name_or_path) in SHIPPED_TOML:
+        return robot_assets_folder() / str(name_or_path) / "robot.toml"
+    return Path(name_or_path)
 
 
 def load_robot(name_or_path: str | Path) -> Robot:
@@ -29,19 +38,19 @@ def load_robot(name_or_path: str | Path) -> Robot:
     """
     if str(name_or_path) in robot_names():
         return Robot(read_description(robot_assets_folder() / str(name_or_path) / f"{name_or_path}.toml"))
-    return Robot(read_description(Path(name_or_path)))
+    return Robot(read_description(name_or_path))
 
 
 def read_description(path: str | Path) -> RobotDescription:
     """Read a description file (TOML; robot/assets/athlete/athlete.toml explains the format)."""
-    path = Path(path)
+    path = robot_toml(path)
     if path.is_dir():
         found = sorted(path.glob("*.toml"))
         if len(found) != 1:
             raise InvalidRobot(f"{path} must hold one robot description (.toml); it holds {len(found)}")
         path = found[0]
     if not path.is_file():
-        known = ", ".join(robot_names())
+        known = ", ".join([*robot_names(), *SHIPPED_TOML])
         raise NotFound(f"there is no robot {str(path)!r}: known by name are {known}; else give a description file")
     if path.suffix != ".toml":
         raise InvalidRobot(f"{path.name} is no robot description: FootFall reads .toml", path=str(path))

@@ -1,4 +1,4 @@
-"""Write each shipped robot's URDF and meshes from its description file.
+"""Write each shipped robot's files: ATHLETE's URDF and meshes from its description file, the Ambler's from its sizes.
 
 Run ``python -m footfall.robot.assets.generate``; the same description always gives the same files.
 """
@@ -6,6 +6,8 @@ Run ``python -m footfall.robot.assets.generate``; the same description always gi
 import tomllib
 from pathlib import Path
 
+from footfall.robot.assets.ambler_files import ambler_toml, ambler_urdf
+from footfall.robot.assets.ambler_sizes import AmblerSizes
 from footfall.robot.build import describe, part_meshes
 from footfall.robot.shapes import obj_text
 
@@ -17,12 +19,19 @@ def generated_files(description_file: Path) -> dict[str, str]:
     return files | {f"meshes/{part}.obj": obj_text(mesh) for part, mesh in part_meshes(raw).items()}
 
 
+def ambler_texts(sizes: AmblerSizes) -> dict[str, str]:
+    """Name → text of each file of an Ambler of those sizes."""
+    return {"ambler.urdf": ambler_urdf(sizes), "robot.toml": ambler_toml(sizes)}
+
+
 def main() -> None:
-    for description_file in sorted(Path(__file__).parent.glob("*/*.toml")):
-        for name, text in generated_files(description_file).items():
-            path = description_file.parent / name
-            path.parent.mkdir(exist_ok=True)
-            path.write_text(text, encoding="utf-8", newline="\n")
+    here = Path(__file__).parent
+    written = {here / "ambler" / name: text for name, text in ambler_texts(AmblerSizes()).items()}
+    description_file = here / "athlete" / "athlete.toml"
+    written |= {description_file.parent / name: text for name, text in generated_files(description_file).items()}
+    for path, text in written.items():
+        path.parent.mkdir(exist_ok=True)
+        path.write_text(text, encoding="utf-8", newline="\n")
 
 
 if __name__ == "__main__":

@@ -19,8 +19,8 @@ from footfall.robot.joint_layout import JointLayout
 from footfall.robot.legged.groups import part_lengths
 from footfall.robot.legged.legged_model import LegChain, LeggedModel
 from footfall.robot.legged.tree import TreeJoint, TreeLink
+from footfall.robot.limb.by_structure import solver_of
 from footfall.robot.limb.limb import limb_of
-from footfall.robot.limb.numeric import NumericLimb
 
 Array = NDArray[np.float64]
 
@@ -35,8 +35,9 @@ class LeggedRobot:
     """Immutable after construction; pickles as what it was made of.
 
     joint_names: leg after leg, each from the base to the foot; postures are angles in that order, (joints,) [rad or m].
-    slices: where each leg's joints are in a posture. lower, upper: (joints,), of joints that turn further than once
-    those of one turn. efforts: (joints,) [N·m or N], inf where the description does not say.
+    slices: where each leg's joints are in a posture. limbs: what solves each leg. lower, upper: (joints,), of joints
+    that turn further than once those of one turn, but where a closed form counts their turns (limb/by_structure.py).
+    efforts: (joints,) [N·m or N], inf where the description does not say.
     parents: for each body the body that carries it, −1 for the base, which is body 0; body 1 + j is what joint j moves.
     members: for each body the links that are part of it, each with its T_body_link (4, 4).
     shapes: for each body its collision shapes in the frame of its joint; corners: (n, 3) of the hull of them.
@@ -60,7 +61,6 @@ class LeggedRobot:
         self.joint_names = tuple(joint.name for joint in joints)
         ends = np.cumsum([0] + [len(leg.joints) for leg in model.legs])
         self.slices = tuple(slice(int(a), int(b)) for a, b in pairwise(ends))
-        self.lower, self.upper = (np.array([_limits(one)[end] for one in joints]) for end in (0, 1))
         self.efforts = np.array([one.effort if one.effort > 0 else np.inf for one in joints])
         self.speeds = np.array([one.velocity if one.velocity > 0 else np.inf for one in joints])
         self.radii = np.array([leg.sole.radius for leg in model.legs])
@@ -88,7 +88,11 @@ class LeggedRobot:
             (inverse(Ts_root_link[carrier[leg.foot]]) @ Ts_root_link[leg.foot])[:3, :3] for leg in model.legs
         )
         self.foot_frames = tuple(self.pin_model.getFrameId(f"sole {leg.name}") for leg in model.legs)
-        self.limbs = tuple(NumericLimb(limb_of(self.pin_model, f"sole {leg.name}", "point")) for leg in model.legs)
+        endless = [tree.joint(leg.joints[0]).kind == "continuous" for leg in model.legs]
+        places = (limb_of(self.pin_model, f"sole {leg.name}", "point") for leg in model.legs)
+        self.limbs = tuple(map(solver_of, places, endless))
+        self.lower = np.concatenate([solver.limb.lower for solver in self.limbs])
+        self.upper = np.concatenate([solver.limb.upper for solver in self.limbs])
 
     def __reduce__(self) -> tuple:
         return LeggedRobot, self._made_of
