@@ -50,13 +50,16 @@ def plan_legged_walk(
     out: Path | None,
     as_json: bool,
     others: Mapping[str, bool],
+    circulating: bool = False,
 ) -> None:
     """Plan and show; exit code 1 where the answer is no. at: x, y [m] and yaw [rad] of the stance.
 
     others: option → whether it was given, of those that are ATHLETE's alone. Raises InvalidInput where one was.
+    circulating: with legs that pass through the body.
     """
     from footfall.io.artifacts import encode
     from footfall.io.terrain_files import read_terrain
+    from footfall.planning.legged.circulate import plan_circulating
     from footfall.planning.legged.stand import stand
     from footfall.planning.legged.walk import plan_walk
 
@@ -65,7 +68,8 @@ def plan_legged_walk(
     state = stand(robot, dem, *at, settings=settings)
     began = time.monotonic()
     with terminal.bar("walk") as progress:
-        result = plan_walk(robot, dem, state, goal, settings, progress)
+        plan = plan_circulating if circulating else plan_walk
+        result = plan(robot, dem, state, goal, settings, progress)
     seconds = time.monotonic() - began
     if out is not None:
         out.write_bytes(encode(result))

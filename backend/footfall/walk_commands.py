@@ -97,6 +97,9 @@ def plan_walk(
     payload_at: Annotated[
         tuple[float, float, float] | None, typer.Option(help="Its centre in base [m].", metavar="X Y Z")
     ] = None,
+    circulating: Annotated[
+        bool, typer.Option("--circulating", help="Legs on two stacks, as the Ambler's, pass through the body.")
+    ] = False,
     out: Annotated[Path | None, typer.Option(help="Write the answer as .npz, for `footfall export`.")] = None,
     robot: RobotName = "athlete",
     as_json: Json = False,
@@ -120,7 +123,9 @@ def plan_walk(
         own = load_legged(robot)
         share = LeggedSettings().least_margin if margin is None else margin / own.length
         limits = LeggedSettings(time_limit=time_limit, least_margin=share)
-        plan_legged_walk(own, terrain, wanted, at or (x, y, yaw), limits, out, as_json, others)
+        plan_legged_walk(own, terrain, wanted, at or (x, y, yaw), limits, out, as_json, others, circulating)
+    if circulating:
+        raise InvalidInput("--circulating is for legs on two stacks, as those of --robot ambler")
     if mode is not None and mode not in HELD:
         raise InvalidInput(f"--mode is one of {', '.join(HELD)}", mode=mode)
     smoothing = Smoothing(rounds=rounds, posture=posture)

@@ -47,11 +47,14 @@ def effort_ratio(
     own = gravity / robot.efforts
     constant, effect = np.zeros((len(standing), MOST_JOINTS)), np.zeros((len(standing), MOST_JOINTS, 3))
     points_base = (feet - T_site_base[:3, 3]) @ R_site_base
-    for row, (leg, point) in enumerate(zip(standing, points_base, strict=True)):
+    arms_base = -origins
+    for leg, point in zip(standing, points_base, strict=True):
+        arms_base[robot.slices[leg]] = point - origins[robot.slices[leg]]
+    turns = np.cross(axes, arms_base)
+    for row, leg in enumerate(standing):
         part = robot.slices[leg]
         count = part.stop - part.start
-        slides = robot.limbs[leg].limb.slides[:, None]
-        moves = np.where(slides, axes[part], np.cross(axes[part], point - origins[part])) @ R_site_base.T
+        moves = np.where(robot.limbs[leg].limb.slides[:, None], axes[part], turns[part]) @ R_site_base.T
         constant[row, :count] = own[part]
         effect[row, :count] = -weight / robot.efforts[part, None] * moves
     size = max(float(np.abs(arms).max()), 1e-6)
@@ -72,8 +75,7 @@ def _least(arms: Array, faces: Array, effect: Array, constant: Array) -> tuple[i
     """
     status, ratio = UNFINISHED, float("nan")
     for first in range(len(arms)):
-        order = np.roll(np.arange(len(arms)), -first)
-        each = (np.ascontiguousarray(part[order]) for part in (arms, faces, effect, constant))
+        each = [np.roll(part, -first, axis=0) if first else part for part in (arms, faces, effect, constant)]
         status, ratio = least_ratio(*each, np.empty_like(arms))
         if status != UNFINISHED:
             break

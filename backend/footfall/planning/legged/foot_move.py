@@ -1,6 +1,6 @@
 """One foot move of a legged robot: the chassis goes where the other feet carry it, then the foot is lifted over."""
 
-from collections.abc import Iterator
+from collections.abc import Callable, Iterator
 from typing import NamedTuple
 
 import numpy as np
@@ -17,6 +17,8 @@ from footfall.robot.legged.posture import leg_to, legs_to, placed
 
 Array = NDArray[np.float64]
 
+FootLine = Callable[[Ground, int, Array, Array], Iterator[tuple[str, Array]]]
+"""Phase and centre of the sole all the way from one centre (3,) to another, of a leg."""
 LEAP = 0.5
 """Between two samples no joint goes farther [rad or m]: it would be another posture of the leg."""
 
@@ -47,21 +49,23 @@ def foot_move(
     """
     standing = [one for one in ground.robot.legs if one != leg]
     for T in poses(ground, state.soles, state.contacts, standing, x, y, yaw, state.q):
-        found = _move_at(ground, state, leg, target, T)
+        found = move_at(ground, state, leg, target, T)
         if isinstance(found, FootMove):
             return found
         tally.refuse(found)
     return None
 
 
-def _move_at(ground: Ground, state: LeggedState, leg: int, target: Rest, T: Array) -> FootMove | Refusal:
-    """The foot move with the chassis at a pose, or what refuses it."""
+def move_at(
+    ground: Ground, state: LeggedState, leg: int, target: Rest, T: Array, over: FootLine | None = None
+) -> FootMove | Refusal:
+    """The foot move with the chassis at a pose, or what refuses it. over: the foot's line, else a straight one."""
     own = Tally()
     began = foot_free(ground, state, leg, T, own)
     if isinstance(began, Refusal):
         return began
     way: list[Sample] = []
-    for sample in foot_way(ground, leg, target, began):
+    for sample in foot_way(ground, leg, target, began, over):
         held = sample if isinstance(sample, Refusal) else judged(ground, sample, state, leg, own)
         if isinstance(held, Refusal):
             return held
@@ -105,7 +109,7 @@ def chassis_way(ground: Ground, state: LeggedState, T_site_base: Array, tally: T
     turn = Rotation.from_matrix(start[:3, :3].T @ T_site_base[:3, :3]).as_rotvec()
     shift = T_site_base[:3, 3] - start[:3, 3]
     far = float(np.linalg.norm(shift)) + float(np.linalg.norm(turn)) * robot.length
-    count = max(int(np.ceil(far / _step(ground))), 1)
+    count = max(int(np.ceil(far / step_length(ground))), 1)
     samples, q = [Sample(state.q, start, "body", -1)], state.q
     feet = all_standing(state)
     for share in np.arange(1, count + 1) / count:
@@ -143,13 +147,16 @@ def judged(ground: Ground, sample: Sample, state: LeggedState, leg: int, tally: 
     return sample
 
 
-def foot_way(ground: Ground, leg: int, target: Rest, began: Sample) -> Iterator[Sample | Refusal]:
+def foot_way(
+    ground: Ground, leg: int, target: Rest, began: Sample, over: FootLine | None = None
+) -> Iterator[Sample | Refusal]:
     """Samples of the foot's way up, over and down, the chassis still; none is judged.
 
     It ends where the leg would jump, and where it does not reach: there its angles are NaN.
     """
     T, q = began.T_site_base, began.q
-    for phase, center in _over(ground, leg, apply(T, placed(ground.robot, q).soles[leg]), target.center):
+    start = apply(T, placed(ground.robot, q).soles[leg])
+    for phase, center in (over or raised_line)(ground, leg, start, target.center):
         there = q.copy()
         there[ground.robot.slices[leg]] = leg_to(ground.robot, leg, T, center, q)
         leap = _leaps(q, there)
@@ -162,12 +169,16 @@ def foot_way(ground: Ground, leg: int, target: Rest, began: Sample) -> Iterator[
         q = there
 
 
-def _over(ground: Ground, leg: int, start: Array, end: Array) -> Iterator[tuple[str, Array]]:
-    """Phase and centre of the sole on a raised line: straight up, across above the ground between, straight down."""
-    step, radius = _step(ground), float(ground.robot.radii[leg])
-    across = max(int(np.ceil(np.linalg.norm(end[:2] - start[:2]) / step)), 1)
+def raised_line(ground: Ground, leg: int, start: Array, end: Array) -> Iterator[tuple[str, Array]]:
+    """Phase and centre of the sole: straight up, straight across above the ground between, straight down."""
+    across = max(int(np.ceil(np.linalg.norm(end[:2] - start[:2]) / step_length(ground))), 1)
     shares = np.arange(across + 1) / across
-    between = start[:2] + shares[:, None] * (end - start)[:2]
+    yield from raised(ground, leg, start, end, start[:2] + shares[:, None] * (end - start)[:2])
+
+
+def raised(ground: Ground, leg: int, start: Array, end: Array, between: Array) -> Iterator[tuple[str, Array]]:
+    """The same over places (n, 2) [m] in a row, the first over the start, the last over the end."""
+    step, radius = step_length(ground), float(ground.robot.radii[leg])
     heights = rest_heights(ground.dem, between, radius)
     top = float(np.nanmax([start[2], end[2], *heights])) + ground.settings.lift * ground.robot.length
     for z in _line(float(start[2]), top, step):
@@ -184,7 +195,7 @@ def _line(start: float, end: float, step: float) -> Array:
     return start + np.arange(1, count + 1) / count * (end - start)
 
 
-def _step(ground: Ground) -> float:
+def step_length(ground: Ground) -> float:
     """How far feet and chassis go between samples [m]: no farther than what bodies keep apart."""
     return max(min(ground.robot.clearances.values()), 0.01 * ground.robot.length)
 

@@ -107,7 +107,7 @@ def _told_of_less(result: LeggedResult, settings: LeggedSettings, length: float,
 
 
 def _plan(ground: Ground, state: LeggedState, goal: WalkGoal, progress: Progress) -> LeggedResult:
-    refused = start_refused(ground, state) or _goal_refused(ground, state, goal)
+    refused = start_refused(ground, state) or goal_refused(ground, state, goal)
     if refused is not None:
         return refused
     walk = _Walk(ground, state, guide_to(ground, state.T_site_base, goal))
@@ -180,7 +180,7 @@ def _arrives(walk: _Walk, goal: WalkGoal, tries: Tally) -> bool:
     return False
 
 
-def _goal_refused(ground: Ground, state: LeggedState, goal: WalkGoal) -> LeggedResult | None:
+def goal_refused(ground: Ground, state: LeggedState, goal: WalkGoal) -> LeggedResult | None:
     """The answer to a goal that is off the map or on unknown ground; None where it is neither."""
     west, south, east, north = ground.dem.geometry.bounds
     where = f"the goal ({goal.x:z.2f}, {goal.y:z.2f}) m"

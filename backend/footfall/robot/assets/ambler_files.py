@@ -2,7 +2,7 @@
 
 A foot's joints are at zero where it stands in the typical stance, with the extension half out. The boom slides through
 its hub, and the inner tube in the outer one; the shafts that carry the hubs have no shape of their own, as the hubs are
-around them.
+around them. The foot is the lower end of the inner tube.
 """
 
 import math
@@ -43,7 +43,7 @@ def ambler_toml(sizes: AmblerSizes) -> str:
     ]
     for _, level, name in names:
         joints = ", ".join(f'"{name}_{joint}"' for joint in JOINTS)
-        lines += ["[[legs]]", f'name = "{name}"', f'foot = "{name}_foot"', f"joints = [{joints}]", f"group = {level}"]
+        lines += ["[[legs]]", f'name = "{name}"', f'foot = "{name}_inner"', f"joints = [{joints}]", f"group = {level}"]
         lines += ['sole = "point"', "center = [0.0, 0.0, 0.0]", ""]
     lines.append("[postures.stand]  # 5 m tall, 4.5 m wide, 3.5 m long: Wettergreen, Thomas, Thorpe 1990")
     for _, level, name in names:
@@ -65,8 +65,7 @@ def _leg(sizes: AmblerSizes, name: str, side: int, level: int) -> Iterator[str]:
     yield _rod(f"{name}_hub", hub, *sizes.hub, 0.0)
     yield _box(f"{name}_boom", boom, (behind, *sizes.boom), (-behind / 2, 0, 0))
     yield _rod(f"{name}_outer", outer, sizes.outer, sheath, -sheath / 2)
-    yield _rod(f"{name}_inner", inner - 2.0, sizes.inner, sizes.tube, sizes.tube / 2)
-    yield _rod(f"{name}_foot", 2.0, sizes.inner, 0.1, 0.05)
+    yield _rod(f"{name}_inner", inner, sizes.inner, sizes.tube, sizes.tube / 2)
     at = (0.0, side * sizes.apart / 2, boom_height - sizes.base_height)
     limits = ((0.0, 0.0), (-half, half), (-sizes.upward, sizes.downward))
     axes = ("0 0 1", "1 0 0", "0 0 -1")
@@ -79,7 +78,6 @@ def _leg(sizes: AmblerSizes, name: str, side: int, level: int) -> Iterator[str]:
         more = f'<axis xyz="{axes[k]}"/>{limit}'
         yield _joint(f"{name}_{joint}", kind, links[k], links[k + 1], *places[k], more)
     yield _joint(f"{name}_sheath", "fixed", f"{name}_boom", f"{name}_outer", (0.0, 0.0, 0.0), 0.0)
-    yield _joint(f"{name}_tip", "fixed", f"{name}_inner", f"{name}_foot", (0.0, 0.0, 0.0), 0.0)
 
 
 def _box(name: str, mass: float, size: tuple[float, float, float], center: tuple[float, float, float]) -> str:

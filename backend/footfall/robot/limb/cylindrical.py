@@ -59,6 +59,19 @@ class CylindricalLimb(LimbSolver):
         self._ahead = float(self._foot[:2] @ self._way)
         self._aside = float(self._foot[:2] @ self._foot[:2]) - self._ahead**2
 
+    @property
+    def axis(self) -> Array:
+        """Of the turn, in base, (3,)."""
+        return self.limb.placements[0, :3, :3] @ self.limb.axes[0]
+
+    @property
+    def radii(self) -> tuple[float, float]:
+        """Least and greatest distance of the foot from the axis [m]."""
+        joint = 2 - self._along
+        ends = np.array([self.limb.lower[joint], self.limb.upper[joint]]) + self._ahead
+        least = 0.0 if ends[0] < 0 < ends[1] else float(np.abs(ends).min())
+        return float(np.sqrt(least**2 + self._aside)), float(np.sqrt(np.abs(ends).max() ** 2 + self._aside))
+
     def solve(self, places: ArrayLike) -> CylindricalSolutions:
         """Every posture inside the limits there is, turns nearest to their middle; of a foot on the axis the turn is
         free, and the middle one is answered."""
@@ -80,9 +93,9 @@ class CylindricalLimb(LimbSolver):
         both = self._both(targets[:, :3, 3], near[:, 0])
         branch = (near[:, 2 - self._along] + self._ahead < 0).astype(int)
         found = both[np.arange(len(near)), branch]
-        middle = (limb.lower[0] + limb.upper[0]) / 2
         past = ~((found[:, 0] >= limb.lower[0]) & (found[:, 0] <= limb.upper[0]))
-        found[past, 0] = _nearest_turn(found[past, 0], middle)
+        if past.any():
+            found[past, 0] = _nearest_turn(found[past, 0], (limb.lower[0] + limb.upper[0]) / 2)
         inside = ((found >= limb.lower - ROUNDING) & (found <= limb.upper + ROUNDING)).all(axis=1)
         found[~inside] = np.nan
         return np.clip(found, limb.lower, limb.upper)
