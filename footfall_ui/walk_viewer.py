@@ -9,10 +9,13 @@ import numpy as np
 import viser
 
 from footfall.core.errors import InvalidInput
+from footfall.core.frames import apply
 from footfall.planning.legged.footfalls import footfalls
 from footfall.planning.legged.problem import LeggedPlan, LeggedResult
 from footfall.robot.legged.legged_robot import LeggedRobot
+from footfall.robot.legged.posture import placed
 from footfall.terrain.dem import Dem
+from footfall_ui.scene.crescents import CrescentDrawing
 from footfall_ui.scene.ghost import PlayedMotion, at, travelled
 from footfall_ui.scene.legged_robot import LeggedDrawing
 from footfall_ui.scene.terrain import TerrainDrawing
@@ -43,6 +46,7 @@ class WalkViewer:
         self._footfalls = footfalls(robot, plan)
         self._lock = threading.Lock()
         self._drawn, self._ended, self._playing = LeggedDrawing(server, robot), threading.Event(), threading.Event()
+        self._crescents = CrescentDrawing(server, robot)
         _prepare(server, plan, robot.length)
         TerrainDrawing(server).show(dem, None, None)
         up = np.array([0.0, 0.0, ABOVE * robot.length])
@@ -79,9 +83,13 @@ class WalkViewer:
         """Show the robot at the moment of the scrubber, and what it does there."""
         with self._lock:
             moment = self.moment
-            self._drawn.place(*at(self._motion, moment))
+            posture, T_site_base = at(self._motion, moment)
+            self._drawn.place(posture, T_site_base)
             row = self._row(moment)
-            self._drawn.choose(int(self._plan.legs[row]))
+            lifted = int(self._plan.legs[row])
+            self._drawn.choose(lifted)
+            standing = tuple(leg for leg in self._robot.legs if leg != lifted)
+            self._crescents.show(apply(T_site_base, placed(self._robot, posture).soles), standing)
             self._now.content = self.in_words(row)
 
     def in_words(self, row: int) -> str:
