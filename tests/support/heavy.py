@@ -8,9 +8,11 @@ from pathlib import Path
 HEAVY = {
     "maps/test_reach.py",
     "maps/test_traversability_tiles.py",
+    "planning/test_ambler_walk.py",
     "planning/test_benchmark_figures.py",
     "planning/test_body_move.py",
     "planning/test_choice_iteration.py",
+    "planning/test_circulating.py",
     "planning/test_coarse_ground.py",
     "planning/test_compliance.py",
     "planning/test_execution.py",
