@@ -30,7 +30,7 @@ def model_of(rng, along_first, cosine=0.0, limits=((-np.pi, np.pi), (-0.6, 0.9),
     ways = (axis, across) if along_first else (across, axis * rng.choice([-1.0, 1.0]))
     model, parent, R_turn = pin.Model(), 0, np.eye(3)
     for number, (low, high) in enumerate(limits):
-        R = Rotation.random(random_state=int(rng.integers(1 << 30))).as_matrix()
+        R = Rotation.from_rotvec(rng.uniform(-2, 2, 3)).as_matrix()
         R_turn = R_turn @ R if number else R_turn
         own = axis if number == 0 else R_turn.T @ ways[number - 1]
         kind = (pin.JointModelPrismaticUnaligned if number else pin.JointModelRevoluteUnaligned)(own)

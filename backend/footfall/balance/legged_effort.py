@@ -75,8 +75,9 @@ def _least(arms: Array, faces: Array, effect: Array, constant: Array) -> tuple[i
     """
     status, ratio = UNFINISHED, float("nan")
     for first in range(len(arms)):
-        each = [np.roll(part, -first, axis=0) if first else part for part in (arms, faces, effect, constant)]
-        status, ratio = least_ratio(*each, np.empty_like(arms))
+        if first:
+            arms, faces, effect, constant = (np.roll(part, -1, axis=0) for part in (arms, faces, effect, constant))
+        status, ratio = least_ratio(arms, faces, effect, constant, np.empty_like(arms))
         if status != UNFINISHED:
             break
     return int(status), float(ratio)
