@@ -9,10 +9,11 @@ import argparse
 import sys
 import time
 
-import footfall
+from footfall.io.any_robot import load_legged
 from footfall.io.robot_files import robot_toml
 from footfall.planning.legged.circulate import plan_circulating
 from footfall.planning.legged.problem import LeggedSettings
+from footfall.planning.legged.stand import stand
 from footfall.planning.legged.walk import plan_walk
 from footfall.terrain.generate import fractal
 from tests.support.legged_recheck import Recheck, said
@@ -30,11 +31,11 @@ def main() -> None:
     parser.add_argument("--only", nargs="*", choices=PLANNERS, default=list(PLANNERS))
     parser.add_argument("--recheck", action="store_true")
     given = parser.parse_args()
-    robot = footfall.load_robot("ambler")
+    robot = load_legged("ambler")
     settings = LeggedSettings(time_limit=1e5)
     for seed in range(1, 1 + given.each):
         dem = fractal((2 * given.metres + 20, 16.0), 0.1, roughness=given.ground, seed=seed)
-        state = footfall.stand(robot, dem)
+        state = stand(robot, dem)
         for name in given.only:
             # compiles, and loads what a first plan loads
             PLANNERS[name](robot, dem, state, (0.2, 0.0), settings)
