@@ -11,7 +11,7 @@ import time
 
 from footfall.io.any_robot import load_legged
 from footfall.io.robot_files import robot_toml
-from footfall.planning.legged.circulate import plan_circulating
+from footfall.planning.legged.circulate import MARGIN, plan_circulating
 from footfall.planning.legged.problem import LeggedSettings
 from footfall.planning.legged.stand import stand
 from footfall.planning.legged.walk import plan_walk
@@ -32,7 +32,7 @@ def main() -> None:
     parser.add_argument("--recheck", action="store_true")
     given = parser.parse_args()
     robot = load_legged("ambler")
-    settings = LeggedSettings(time_limit=1e5)
+    settings = LeggedSettings(least_margin=MARGIN, time_limit=1e5)
     for seed in range(1, 1 + given.each):
         dem = fractal((2 * given.metres + 20, 16.0), 0.1, roughness=given.ground, seed=seed)
         state = stand(robot, dem)

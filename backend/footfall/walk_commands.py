@@ -111,6 +111,7 @@ def plan_walk(
     from footfall.io.any_robot import is_legged, load_legged
     from footfall.io.artifacts import encode
     from footfall.legged_commands import plan_legged_walk
+    from footfall.planning.legged.circulate import MARGIN
     from footfall.planning.legged.problem import LeggedSettings
     from footfall.planning.walk.plan import plan_walk as run
     from footfall.planning.walk_execution.plan import plan_walk_execution
@@ -121,7 +122,8 @@ def plan_walk(
         given |= {"--payload": payload, "--payload-at": payload_at}
         others = {name: one is not None for name, one in given.items()}
         own = load_legged(robot)
-        share = LeggedSettings().least_margin if margin is None else margin / own.length
+        usual = MARGIN if circulating else LeggedSettings().least_margin
+        share = usual if margin is None else margin / own.length
         limits = LeggedSettings(time_limit=time_limit, least_margin=share)
         plan_legged_walk(own, terrain, wanted, at or (x, y, yaw), limits, out, as_json, others, circulating)
     if circulating:

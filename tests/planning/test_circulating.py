@@ -11,7 +11,7 @@ from footfall.core.errors import InvalidInput
 from footfall.core.frames import apply, heading
 from footfall.io.any_robot import load_legged
 from footfall.io.robot_files import robot_toml
-from footfall.planning.legged.circulate import plan_circulating
+from footfall.planning.legged.circulate import MARGIN, plan_circulating
 from footfall.planning.legged.footfalls import footfalls
 from footfall.planning.legged.guide import Guide
 from footfall.planning.legged.problem import LeggedSettings
@@ -26,7 +26,7 @@ from footfall.terrain.generate import fractal, plane
 from tests.support.described import robot_of
 from tests.support.legged_recheck import Recheck, faults
 
-UNHURRIED = LeggedSettings(time_limit=1e5)
+UNHURRIED = LeggedSettings(least_margin=MARGIN, time_limit=1e5)
 
 
 @pytest.fixture(scope="module")

@@ -37,6 +37,9 @@ Array = NDArray[np.float64]
 
 FOOTFALLS = 4
 """Places that are tried for each foot."""
+MARGIN = 0.02
+"""Of the centre of mass to the conservative support polygon, a share of the longest leg: that polygon holds without any
+one of the feet, so it is kept with less than another."""
 STRAIGHT = 0.02
 """Headings that differ by less are one [rad]."""
 
@@ -128,12 +131,12 @@ def plan_circulating(
     """Plan a walk of a robot with two stacks: it turns to the goal, goes straight there, and turns to its heading.
 
     A goal that lies behind is walked to backward. With all feet down the weight is inside the conservative support
-    polygon, whatever the settings say. Answers and errors as those of ``plan_walk``; raises InvalidInput for a robot
-    without stacks.
+    polygon, whatever the settings say; without settings it is so by MARGIN. Answers and errors as those of
+    ``plan_walk``; raises InvalidInput for a robot without stacks.
     """
     goal = goal if isinstance(goal, WalkGoal) else WalkGoal(*map(float, goal))
     stacks = stacks_of(robot)
-    ground = Ground(robot, dem, replace(settings or LeggedSettings(), conservative=True))
+    ground = Ground(robot, dem, replace(settings or LeggedSettings(least_margin=MARGIN), conservative=True))
     return of_measured(_plan(ground, stacks, begun(ground, state), goal, progress), state)
 
 
