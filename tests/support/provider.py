@@ -92,9 +92,11 @@ def provider() -> Iterator[Provider]:
                 self.end_headers()
 
         def do_POST(self) -> None:
+            # what is not read when the socket is closed resets the connection, and may take the answer with it
+            asked = self.rfile.read(int(self.headers["Content-Length"])).decode()
             if self._instead():
                 return
-            given = made.token(_first(self.rfile.read(int(self.headers["Content-Length"])).decode()))
+            given = made.token(_first(asked))
             self._tell(given or {"error": "invalid_grant"}, 200 if given else 400)
 
         def _instead(self) -> bool:
