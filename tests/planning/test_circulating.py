@@ -243,6 +243,12 @@ def test_a_goal_off_the_map_is_refused_at_once(ambler, walks):
     assert refused.status is Status.OFF_MAP
 
 
+def test_a_goal_of_four_numbers_is_no_goal(ambler, walks):
+    dem, turned = walks["turn"]
+    with pytest.raises(InvalidInput, match="a goal needs x and y"):
+        plan_circulating(ambler, dem, turned.plan.start, (4.0, 0.0, 0.0, 9.0), UNHURRIED)
+
+
 def test_the_clock_ends_a_walk(ambler, walks):
     dem, turned = walks["turn"]
     result = plan_circulating(ambler, dem, turned.plan.start, (4.0, 0.0), LeggedSettings(time_limit=1e-9))

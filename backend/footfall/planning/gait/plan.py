@@ -23,8 +23,8 @@ from footfall.planning.walk.assemble import checks_of
 from footfall.planning.walk.foot_move import At
 from footfall.planning.walk.footprint import Footprint, footprint
 from footfall.planning.walk.guide import Guide
-from footfall.planning.walk.plan import BESIDE, FARTHEST, NOTHING_KNOWN, goal_of
-from footfall.planning.walk.problem import Stance, WalkGoal
+from footfall.planning.walk.plan import BESIDE, FARTHEST, NOTHING_KNOWN
+from footfall.planning.walk.problem import Stance, WalkGoal, goal_of
 from footfall.planning.walk.start import start_of
 from footfall.planning.walk.transition_kernel import vector_of
 from footfall.planning.walk.world import World
@@ -58,7 +58,7 @@ def plan_gait(
     settings = settings if gait is None else replace(settings, gait=gait)
     if state.robot != robot.name or state.leg_count != robot.leg_count:
         raise InvalidInput(f"the state is of {state.robot}, the robot is {robot.name}")
-    asked = goal if isinstance(goal, WalkGoal) else goal_of(goal)
+    asked = goal_of(goal)
     return _Attempt(robot, dem, state, asked, settings, progress).run()
 
 

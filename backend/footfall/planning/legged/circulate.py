@@ -29,7 +29,7 @@ from footfall.planning.legged.through_body import through_body
 from footfall.planning.legged.walk import goal_refused
 from footfall.planning.legged.whole_check import Refusal, Tally
 from footfall.planning.step.problem import Status
-from footfall.planning.walk.problem import WalkGoal
+from footfall.planning.walk.problem import WalkGoal, goal_of
 from footfall.robot.legged.legged_robot import LeggedRobot
 from footfall.terrain.dem import Dem
 
@@ -134,7 +134,7 @@ def plan_circulating(
     polygon, whatever the settings say; without settings it is so by MARGIN. Answers and errors as those of
     ``plan_walk``; raises InvalidInput for a robot without stacks.
     """
-    goal = goal if isinstance(goal, WalkGoal) else WalkGoal(*map(float, goal))
+    goal = goal_of(goal)
     stacks = stacks_of(robot)
     ground = Ground(robot, dem, replace(settings or LeggedSettings(least_margin=MARGIN), conservative=True))
     return of_measured(_plan(ground, stacks, begun(ground, state), goal, progress), state)

@@ -12,7 +12,6 @@ from itertools import islice
 import numpy as np
 from numpy.typing import NDArray
 
-from footfall.core.errors import InvalidInput
 from footfall.core.progress import Progress, no_progress
 from footfall.planning.legged.chassis_poses import poses
 from footfall.planning.legged.foot_move import FootMove, Sample, chassis_way, foot_move, plan_of
@@ -30,7 +29,7 @@ from footfall.planning.legged.step import (
 )
 from footfall.planning.legged.whole_check import Refusal, Tally
 from footfall.planning.step.problem import Status
-from footfall.planning.walk.problem import WalkGoal
+from footfall.planning.walk.problem import WalkGoal, goal_of
 from footfall.robot.legged.legged_robot import LeggedRobot
 from footfall.terrain.dem import Dem
 from footfall.terrain.ground.surface import height_at
@@ -82,10 +81,7 @@ def plan_walk(
     "No" is an answer: its status, its reason with amounts, whether a thinner margin would do, and the part of the walk
     that was found. Raises InvalidInput for another robot's state.
     """
-    if not isinstance(goal, WalkGoal):
-        if len(goal) not in (2, 3):
-            raise InvalidInput("a goal needs x and y [m], and yaw [rad] if it matters", given=len(goal))
-        goal = WalkGoal(*map(float, goal))
+    goal = goal_of(goal)
     settings, began = settings or LeggedSettings(), time.monotonic()
     ground = Ground(robot, dem, settings)
     result = of_measured(_plan(ground, begun(ground, state), goal, progress), state)

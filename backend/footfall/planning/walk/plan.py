@@ -25,7 +25,15 @@ from footfall.planning.walk.footfalls import Footfalls, footfalls
 from footfall.planning.walk.footprint import Footprint, footprint
 from footfall.planning.walk.ground_cost import costed
 from footfall.planning.walk.guide import guide
-from footfall.planning.walk.problem import Blocked, WalkGoal, WalkPlan, WalkResult, WalkSettings, foot_moves_in_words
+from footfall.planning.walk.problem import (
+    Blocked,
+    WalkGoal,
+    WalkPlan,
+    WalkResult,
+    WalkSettings,
+    foot_moves_in_words,
+    goal_of,
+)
 from footfall.planning.walk.rappel import OnSlope, in_site, on_slope, provenance_of
 from footfall.planning.walk.search import Search
 from footfall.planning.walk.smooth import smoothed
@@ -83,7 +91,7 @@ def plan_walk(
         raise InvalidInput(f"the state is of {state.robot}, the robot is {robot.name}")
     if settings.smoothing.posture is not None:
         robot.posture(settings.smoothing.posture)
-    asked = goal if isinstance(goal, WalkGoal) else goal_of(goal)
+    asked = goal_of(goal)
     if tether is not None:
         return _rappel(robot, dem, state, asked, settings, tether, progress)
     provenance = Provenance({"dem": dem.digest, "state": state.digest, "robot": robot.digest}, settings, settings.seed)
@@ -109,13 +117,6 @@ def _rappel(
     ground = asked.hung.frame.ground
     attempt = _Attempt(robot, ground, state, asked.goal, asked.settings, provenance, progress, asked)
     return in_site(robot, dem, asked, attempt.run())
-
-
-def goal_of(numbers: tuple[float, ...]) -> WalkGoal:
-    """The goal x, y [m] and, if it matters, yaw [rad]. Raises InvalidInput for more numbers, or fewer."""
-    if len(numbers) not in (2, 3):
-        raise InvalidInput("a goal needs x and y [m], and yaw [rad] if it matters", given=len(numbers))
-    return WalkGoal(*(float(number) for number in numbers))
 
 
 class _Attempt:

@@ -60,6 +60,15 @@ class WalkGoal(Value):
         require_above_zero(within=self.within, turned=self.turned)
 
 
+def goal_of(goal: WalkGoal | tuple[float, ...]) -> WalkGoal:
+    """A goal as it is, or of x, y [m] and, if it matters, yaw [rad]. Raises InvalidInput for more numbers, or fewer."""
+    if isinstance(goal, WalkGoal):
+        return goal
+    if len(goal) not in (2, 3):
+        raise InvalidInput("a goal needs x and y [m], and yaw [rad] if it matters", given=len(goal))
+    return WalkGoal(*map(float, goal))
+
+
 @value
 class Place(Value):
     """A place on the ground that the operator speaks about: x, y [m], as large as ``radius`` [m].
