@@ -8,8 +8,9 @@ from contextlib import contextmanager
 
 @contextmanager
 def none_while_loading() -> Iterator[None]:
-    """No collections in here, where libraries are loaded: what they make stays, and a quarter of the time went into
-    looking through it again and again.
+    """No collections in here, where libraries are loaded.
+
+    What they make stays, and a quarter of the time went into looking through it again and again.
     """
     was = gc.isenabled()
     gc.disable()

@@ -26,6 +26,7 @@ class GridGeometry(Value):
     cols: int
 
     def check(self) -> None:
+        """Raises InvalidInput without a finite origin, a resolution above zero, and at least one row and one column."""
         if not (np.isfinite([self.x0, self.y0]).all() and 0 < self.resolution < np.inf):
             raise InvalidInput("a grid needs a finite origin and a positive resolution [m]")
         if not (isinstance(self.rows, int) and isinstance(self.cols, int)):
@@ -35,6 +36,7 @@ class GridGeometry(Value):
 
     @property
     def shape(self) -> tuple[int, int]:
+        """Rows and columns, as the shape of an array with one number a cell."""
         return self.rows, self.cols
 
     @property

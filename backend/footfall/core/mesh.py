@@ -15,6 +15,7 @@ class Mesh(Value):
     triangles: NDArray[np.int32]
 
     def check(self) -> None:
+        """Raises InvalidInput for vertices that are not finite, indices past them, and arrays of other shapes."""
         if self.vertices.ndim != 2 or self.vertices.shape[1:] != (3,) or not np.isfinite(self.vertices).all():
             raise InvalidInput("mesh vertices need n × 3 finite numbers", shape=list(self.vertices.shape))
         if self.triangles.ndim != 2 or self.triangles.shape[1:] != (3,) or self.triangles.dtype != np.int32:

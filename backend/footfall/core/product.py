@@ -12,5 +12,5 @@ class Product(Value):
 
     @property
     def parents(self) -> dict[str, str]:
-        """name → digest of the values it was computed from."""
+        """Name → digest of the values it was computed from."""
         return dict(self.provenance.parents)

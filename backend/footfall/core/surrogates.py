@@ -1,4 +1,4 @@
-"""Lone surrogates: halves of a character that JSON may spell (``\\ud800``) and that no UTF-8 text can hold.
+r"""Lone surrogates: halves of a character that JSON may spell (``\ud800``) and that no UTF-8 text can hold.
 
 They are refused where text comes in, and written out as what they were where text goes out: what an earlier version
 took in can still be read.
@@ -31,7 +31,7 @@ def lone_surrogate_in(item: Any) -> str | None:
 
 
 def spelled_out(text: str) -> str:
-    """``text`` with ``\\ud800`` in six letters for each lone surrogate."""
+    r"""``text`` with ``\ud800`` in six letters for each lone surrogate."""
     return _LONE.sub(lambda found: f"\\u{ord(found[0]):04x}", text) if has_lone_surrogate(text) else text
 
 

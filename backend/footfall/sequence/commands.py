@@ -71,6 +71,7 @@ class Command(Value):
         return [(argument, one.tolist() if isinstance(one, np.ndarray) else one) for argument, one in given]
 
     def check(self) -> None:
+        """Raises InvalidSequence for fields of other types than the rows of a sequence have."""
         if not isinstance(self.name, str) or not isinstance(self.phase, str):
             raise InvalidSequence("the name and the phase of a command are texts")
         if self.leg is not None and (not isinstance(self.leg, int) or isinstance(self.leg, bool)):
@@ -137,6 +138,7 @@ class AtRest(Value):
     set_points: NDArray[np.float64]
 
     def check(self) -> None:
+        """Raises InvalidSequence where there is not one finite set point for each joint."""
         if self.set_points.shape != self.state.posture.shape or not np.isfinite(self.set_points).all():
             raise InvalidSequence("set_points needs as many finite angles as the posture of the state")
 

@@ -57,6 +57,7 @@ class Edit(Value):
     number: float | None = None
 
     def check(self) -> None:
+        """Raises InvalidSequence for an unknown kind of edit, and where a field that the kind needs is missing."""
         if self.kind not in EDIT_KINDS:
             raise InvalidSequence(f"an edit is one of {', '.join(EDIT_KINDS)}", kind=self.kind)
         needs = {

@@ -142,7 +142,9 @@ def reach(robot: Robot) -> float:
 def _collisions(
     robot: Robot, row: int, passage: Passage, scene: CollisionScene, ground: Nearby, ways: tuple[Array, Array]
 ) -> Iterator[RuleResult]:
-    """ways: postures (n, legs × 6) of the row, and those with what it asks for beyond it, which must be clear of the
+    """What the leg or the rover touches on the way of one row, by rule.
+
+    ways: postures (n, legs × 6) of the row, and those with what it asks for beyond it, which must be clear of the
     rover, not of the ground.
     """
     postures, asked = ways

@@ -52,6 +52,7 @@ class Difference(Value):
     advice: str
 
     def check(self) -> None:
+        """Raises InvalidInput for a verdict that is none of VERDICTS."""
         if self.verdict not in VERDICTS:
             raise InvalidInput(f"a verdict is one of {', '.join(VERDICTS)}", verdict=self.verdict)
 

@@ -31,9 +31,11 @@ _HALVINGS = 40
 
 @dataclass(frozen=True)
 class Passage:
-    """One row. before, after: postures (legs × 6,) [rad]; target: what is asked for, beyond ``after`` where a wheel
-    touches first. T_before, T_after: T_site_base (4, 4). resting: the posture in which each leg was put where it is.
-    standing: of a POSTURE_MOVE, the legs whose wheels stand when it starts.
+    """How the rover stands before and after one row.
+
+    before, after: postures (legs × 6,) [rad]; target: what is asked for, beyond ``after`` where a wheel touches first.
+    T_before, T_after: T_site_base (4, 4). resting: the posture in which each leg was put where it is. standing: of a
+    POSTURE_MOVE, the legs whose wheels stand when it starts.
     """
 
     before: Array

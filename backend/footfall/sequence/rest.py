@@ -18,9 +18,11 @@ Array = NDArray[np.float64]
 
 @dataclass(frozen=True)
 class PredictedRest:
-    """T_site_base: (4, 4) of the chassis at rest after the rows. off: how far its origin is then from where the plan
-    has it [m]; sag: how much lower it is than there [m], negative where it is higher. torque: largest share of a
-    joint's limit at the ends of the rows; joint: whose that is.
+    """How a rover that sags is to stand at rest after rows.
+
+    T_site_base: (4, 4) of the chassis at rest after the rows. off: how far its origin is then from where the plan has
+    it [m]; sag: how much lower it is than there [m], negative where it is higher. torque: largest share of a joint's
+    limit at the ends of the rows; joint: whose that is.
     """
 
     T_site_base: Array

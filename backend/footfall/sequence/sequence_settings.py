@@ -18,7 +18,9 @@ FINEST, COARSEST = 1e-4, 0.02
 
 @value
 class SequenceSettings(Value):
-    """speed_fraction: how much of each joint's speed limit a made command uses (0…1]; edits may use all of it.
+    """With what commands are made and checked.
+
+    speed_fraction: how much of each joint's speed limit a made command uses (0…1]; edits may use all of it.
     sample: largest joint step between two checked postures [rad].
     clearance: added to every clearance of the robot description [m].
     conservative: check the supporting feet's conservative polygon, not the plain one.
@@ -48,6 +50,7 @@ class SequenceSettings(Value):
         )
 
     def check(self) -> None:
+        """Raises InvalidSequence for what is out of range, InvalidInput for a payload that can't be."""
         if not 0 < self.speed_fraction <= 1:
             raise InvalidSequence("speed_fraction must be above 0 and at most 1", speed_fraction=self.speed_fraction)
         if not FINEST <= self.sample <= COARSEST:

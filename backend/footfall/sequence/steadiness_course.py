@@ -105,7 +105,10 @@ class _Stances:
         self._down: dict[bytes, list[int]] = {}
 
     def of_row(self, postures: Array, Ts_site_base: Array, leg: int | None) -> Support:
-        """postures (2, legs × 6), Ts_site_base (2, 4, 4): where a row begins and ends; leg: the one it moves."""
+        """How steady the rover stands on the feet that stay during a row.
+
+        postures (2, legs × 6), Ts_site_base (2, 4, 4): where a row begins and ends; leg: the one it moves.
+        """
         robot = self._robot
         moved = [apply(T, wheel_centers(robot, q)) for q, T in zip(postures, Ts_site_base, strict=True)]
         stays = np.linalg.norm(moved[1] - moved[0], axis=1) <= DRAG

@@ -230,8 +230,9 @@ def _shares(robot: Robot, rest: RestingRover) -> Array:
 
 
 def _shares_at_first(robot: Robot, rest: RestingRover) -> Array:
-    """Of their limits that joints may bear until they are back within them, (legs × 6,): 1, or hardly more than as the
-    rover stands now: what bears too much already is led out of it.
+    """Of their limits that joints may bear until they are back within them, (legs × 6,).
+
+    1, or hardly more than as the rover stands now: what bears too much already is led out of it.
     """
     return 1.0 + WORSE * np.maximum(_shares(robot, rest) - 1.0, 0.0)
 

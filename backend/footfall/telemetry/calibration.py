@@ -36,6 +36,7 @@ class CameraModel(Value):
     T_base_camera: NDArray[np.float64]
 
     def check(self) -> None:
+        """Raises InvalidImages for a size, intrinsics or coefficients that can't be, and for an unknown lens model."""
         if self.width < 1 or self.height < 1:
             raise InvalidImages(f"camera {self.name} needs a size above zero")
         if not np.isfinite([self.fx, self.fy, self.cx, self.cy]).all() or not (self.fx > 0 and self.fy > 0):
@@ -69,6 +70,7 @@ class PairCalibration(Value):
     right: CameraModel
 
     def check(self) -> None:
+        """Raises InvalidImages for cameras of different sizes or kinds of lenses, or not side by side along x."""
         if (self.left.width, self.left.height) != (self.right.width, self.right.height):
             raise InvalidImages(
                 f"pair {self.name}: the cameras have different sizes, {self.left.width} × {self.left.height} and "

@@ -83,32 +83,41 @@ class Fields:
         return InvalidTelemetry(f"{self._message}: {name} must be {wanted}, not {shown}", field=name)
 
     def text(self, name: str, longest: int = MAX_TEXT, empty: bool = False) -> str:
+        """Takes a text of 1 to ``longest`` characters, or of none where it may be ``empty``.
+
+        Raises InvalidTelemetry for anything else.
+        """
         got = self._take(name)
         if not isinstance(got, str) or len(got) > longest or not (got or empty):
             raise self._refuse(name, f"a text of {0 if empty else 1} to {longest} characters", got)
         return got
 
     def identifier(self, name: str = "id") -> str:
+        """Takes a text of 1 to 64 characters, as ids are."""
         return self.text(name, longest=64)
 
     def choice(self, name: str, choices: tuple[str, ...]) -> str:
+        """Takes one of the texts that there are to choose from; raises InvalidTelemetry for any other."""
         got = self._take(name)
         if not isinstance(got, str) or got not in choices:
             raise self._refuse(name, f"one of {', '.join(choices)}", got)
         return got
 
     def whole(self, name: str, least: int = 0) -> int:
+        """Takes a whole number from ``least`` to 2⁵³ − 1; raises InvalidTelemetry for others, true and false too."""
         got = self._take(name)
         if not isinstance(got, int) or isinstance(got, bool) or not least <= got < 2**53:
             raise self._refuse(name, f"a whole number from {least}", got)
         return got
 
     def whole_or_null(self, name: str) -> int | None:
+        """Takes a whole number from 0, or null as None."""
         if self._null(name):
             return None
         return self.whole(name)
 
     def number(self, name: str) -> float:
+        """Takes a finite number; raises InvalidTelemetry for others, true and false included."""
         return self._number(name, self._take(name))
 
     def _number(self, name: str, got: object) -> float:
@@ -146,16 +155,19 @@ class Fields:
         return self.array(name, (count if legs is None else 6 * legs,))
 
     def number_or_null(self, name: str) -> float | None:
+        """Takes a finite number, or null as None."""
         if self._null(name):
             return None
         return self.number(name)
 
     def angles_or_null(self, name: str, legs: int | None) -> NDArray[np.float64] | None:
+        """Takes six numbers for each leg, (legs × 6,), or null as None; see :meth:`angles`."""
         if self._null(name):
             return None
         return self.angles(name, legs)
 
     def array_or_null(self, name: str, shape: tuple[int, ...]) -> NDArray[np.float64] | None:
+        """Takes nested lists of numbers of exactly ``shape``, or null as None."""
         if self._null(name):
             return None
         return self.array(name, shape)
@@ -172,6 +184,7 @@ class Fields:
             self._collect(name, one, shape[1:], flat)
 
     def texts_or_null(self, name: str) -> tuple[str, ...] | None:
+        """Takes a list of names, at least one, each of 1 to 64 characters, or null as None."""
         got = self._take(name)
         if got is None:
             return None
@@ -180,12 +193,14 @@ class Fields:
         return tuple(got)
 
     def objects(self, name: str) -> list[dict[str, object]]:
+        """Takes a list of objects, maybe empty, as they came: what is in them is for the caller to check."""
         got = self._take(name)
         if not isinstance(got, list) or not all(isinstance(one, dict) for one in got):
             raise self._refuse(name, "a list of objects", got)
         return got
 
     def inner(self, name: str) -> dict[str, object]:
+        """Takes an object as it came: what is in it is for the caller to check."""
         got = self._take(name)
         if not isinstance(got, dict):
             raise self._refuse(name, "an object", got)

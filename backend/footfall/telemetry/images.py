@@ -30,6 +30,7 @@ class Camera(Value):
     T_base_camera: NDArray[np.float64]
 
     def check(self) -> None:
+        """Raises InvalidImages without a size, focal lengths above zero, and finite intrinsics."""
         if self.width < 1 or self.height < 1 or not (self.fx > 0 and self.fy > 0):
             raise InvalidImages(f"camera {self.name} needs a size and focal lengths above zero")
         if not np.isfinite([self.fx, self.fy, self.cx, self.cy]).all():
@@ -55,6 +56,7 @@ class ImagePair(Value):
     time_right: float | None = None
 
     def check(self) -> None:
+        """Raises InvalidImages for images that are not their camera's, and for a baseline that is not above zero."""
         for side, image, camera in (("left", self.left, self.camera_left), ("right", self.right, self.camera_right)):
             if image.dtype != np.uint8 or image.shape != (camera.height, camera.width):
                 raise InvalidImages(
@@ -81,6 +83,7 @@ class Snapshot(Value):
     left_out: Mapping[str, str] = field(default_factory=dict)
 
     def check(self) -> None:
+        """Raises InvalidImages for a snapshot without pairs."""
         if not self.pairs:
             raise InvalidImages("a snapshot needs at least one image pair")
 

@@ -92,6 +92,7 @@ class AckMessage(Value):
     time: float
 
     def check(self) -> None:
+        """Raises InvalidTelemetry for a state that is none of ACK_STATES."""
         if self.state not in ACK_STATES:
             raise InvalidTelemetry(f"an acknowledgement is one of {', '.join(ACK_STATES)}", state=self.state)
 
@@ -178,8 +179,10 @@ def encode(message: Message) -> str:
 
 
 def decode(text: str | bytes, legs: int | None = None) -> Message:
-    """A message from one text frame; see :func:`message_from`. Raises InvalidTelemetry saying what is wrong; its
-    ``details["fault"]`` names the kind, one of ``footfall.telemetry.fields.FAULTS``; "wrong-field" where none is said.
+    """A message from one text frame; see :func:`message_from`.
+
+    Raises InvalidTelemetry saying what is wrong; its ``details["fault"]`` names the kind, one of
+    ``footfall.telemetry.fields.FAULTS``; "wrong-field" where none is said.
     """
     if len(text) > MAX_TEXT_FRAME:
         raise InvalidTelemetry(f"a text frame has at most {MAX_TEXT_FRAME} bytes", bytes=len(text), fault="too-large")

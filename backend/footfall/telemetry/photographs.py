@@ -29,6 +29,7 @@ class PhotographedPair(Value):
     T_site_base: NDArray[np.float64]
 
     def check(self) -> None:
+        """Raises InvalidImages for images that are not grey, uint8 (height, width)."""
         for image in (self.left, self.right):
             if image.dtype != np.uint8 or image.ndim != 2:
                 raise InvalidImages(f"pair {self.name}: needs grey images, uint8 (height, width)", pair=self.name)
@@ -42,6 +43,7 @@ class Photographs(Value):
     left_out: Mapping[str, str] = field(default_factory=dict)
 
     def check(self) -> None:
+        """Raises InvalidImages where no pair can be used, with why, and where two pairs have one name."""
         if not self.pairs:
             why = "; ".join(self.left_out.values()) or "there are none"
             raise InvalidImages(f"no image pair can be used: {why}", pairs=dict(self.left_out))

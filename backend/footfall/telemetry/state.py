@@ -34,6 +34,7 @@ class RobotState(Value):
     mode: str
 
     def check(self) -> None:
+        """Raises InvalidTelemetry for arrays of other shapes, numbers that are not finite, and an unknown mode."""
         n = self.posture.shape[0] if self.posture.ndim == 1 else -1
         if n <= 0 or n % 6 or not np.isfinite(self.posture).all():
             raise InvalidTelemetry("posture needs six finite joint angles [rad] for each leg", posture=n)
@@ -49,6 +50,7 @@ class RobotState(Value):
 
     @property
     def leg_count(self) -> int:
+        """How many legs the rover has: six joints are one leg."""
         return len(self.posture) // 6
 
     def leg(self, leg: int) -> NDArray[np.float64]:
@@ -69,6 +71,7 @@ class TelemetryFrame(Value):
     commanded: NDArray[np.float64]
 
     def check(self) -> None:
+        """Raises InvalidTelemetry for a negative number, and where commanded is not one finite angle for each joint."""
         if self.number < 0:
             raise InvalidTelemetry("the frame number can't be negative", number=self.number)
         if self.commanded.shape != self.state.posture.shape or not np.isfinite(self.commanded).all():
