@@ -47,6 +47,7 @@ class BalanceSettings(Value):
     sides: int = SIDES
 
     def check(self) -> None:
+        """Raises InvalidInput for a friction, gravity, slope, direction or payload out of range."""
         require_cone(self.friction, self.sides)
         require_above_zero("m/s²", gravity=self.gravity)
         if not 0 <= self.slope < np.pi / 2:

@@ -4,7 +4,7 @@ Static equilibrium of k contacts leaves 3k − 6 numbers open. The forces of lea
 chosen, or those that differ least from given ones, within unilateral contact and friction: a least
 distance problem, solved exactly as a non-negative least squares problem.
 
-References
+References:
 ----------
 C. L. Lawson, R. J. Hanson, "Solving Least Squares Problems", 1974, chapter 23 (LDP).
 """

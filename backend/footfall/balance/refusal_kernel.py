@@ -9,7 +9,7 @@ The proof is for friction cones, which hold the pyramids. Along the rays of a ne
 it, and rounding would decide: so the point is sought in wider cones, and the motion is tried with some sinking, too,
 which helps where a foot stays in place while the rover tips over it.
 
-References
+References:
 ----------
 C. L. Lawson, R. J. Hanson, "Solving Least Squares Problems", 1974, chapter 23.
 """

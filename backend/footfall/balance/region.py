@@ -13,7 +13,7 @@ pyramids inside the cones, see :mod:`footfall.balance.cones`.
 All points are in a frame whose z points against gravity, see
 :class:`footfall.balance.balance_settings.BalanceSettings`.
 
-References
+References:
 ----------
 T. Bretl, S. Lall, "Testing static equilibrium for legged robots", IEEE Transactions on Robotics 24, 2008.
 """
@@ -44,11 +44,13 @@ CARRIES = 1e-6
 
 @dataclass(frozen=True)
 class EquilibriumRegion:
-    """corners: (m, 2) of the inner polygon, counter-clockwise [m]; none where no forces hold the rover anywhere, one or
+    """Where the centre of mass may be over a stance, between a polygon from inside and one from outside.
+
+    corners: (m, 2) of the inner polygon, counter-clockwise [m]; none where no forces hold the rover anywhere, one or
     two where the region is a point or a segment. loads: (m, k) normal force of each foot in weights, with the centre of
-    mass at that corner. normals (q, 2), offsets (q,) [m]: nothing is held where normal · p > offset for any row.
-    gap: how far the outer polygon reaches beyond the inner one, at most [m]. feet: the numbers of the k feet in the
-    stance that the region was asked for. reason: why there are no corners, or no area; else empty.
+    mass at that corner. normals (q, 2), offsets (q,) [m]: nothing is held where normal · p > offset for any row. gap:
+    how far the outer polygon reaches beyond the inner one, at most [m]. feet: the numbers of the k feet in the stance
+    that the region was asked for. reason: why there are no corners, or no area; else empty.
     """
 
     corners: Array

@@ -37,17 +37,22 @@ _AT_ONCE = 64
 
 
 class CandidateRegionMargins(NamedTuple):
-    """margin: (n,) [m], positive inside. lost: (n,) uint8, the row of the fixed foot whose loss binds, the count of the
-    fixed feet for the candidate itself, NO_LEG where no loss was looked at or nothing is known."""
+    """How far the centre of mass is inside each candidate's region.
+
+    margin: (n,) [m], positive inside. lost: (n,) uint8, the row of the fixed foot whose loss binds, the count of the
+    fixed feet for the candidate itself, NO_LEG where no loss was looked at or nothing is known.
+    """
 
     margin: Array
     lost: NDArray[np.uint8]
 
 
 class _Programs(NamedTuple):
-    """One program for each stance that the candidate completes, its columns left zero, and a basis of each that is
-    feasible wherever it stands: columns (s, ROWS, n), costs (s, 2, n), rhs (ROWS,); ready: (s,) the status of the
-    basis, with bases, inverses, values."""
+    """One program for each stance that the candidate completes, and a basis of each, feasible wherever it stands.
+
+    columns (s, ROWS, n), those of the candidate left zero; costs (s, 2, n); rhs (ROWS,); ready: (s,) the status of the
+    basis, with bases, inverses, values.
+    """
 
     columns: Array
     costs: Array

@@ -12,7 +12,7 @@ The caller owns all arrays (m rows, n columns):
 
 Dantzig's rule, and Bland's where the value stands still, which can't cycle.
 
-References
+References:
 ----------
 G. B. Dantzig, "Linear Programming and Extensions", 1963, chapter 9.
 R. G. Bland, "New finite pivoting rules for the simplex method", Mathematics of Operations Research 2, 1977.

@@ -8,7 +8,7 @@ hulls of all feet but one. For n feet it is the region of Tukey depth 2: every c
 holds a point of it holds at least two feet. It is cut out by those half-planes along ordered pairs of
 feet that leave at most one foot outside. Four feet leave a single point, three leave nothing.
 
-References
+References:
 ----------
 J. W. Tukey, "Mathematics and the picturing of data", Proc. Int. Congress of Mathematicians, 1975.
 D. Wettergreen, H. Thomas, C. Thorpe, "Planning strategies for the Ambler walking robot", IEEE Int.
@@ -60,8 +60,11 @@ class SupportMargin:
 
 
 class CandidateMargins(NamedTuple):
-    """margins: (n,) [m]; pairs: (n,) uint8, codes (balance.foot_pairs) of the binding edge's feet, rows of the fixed
-    feet and their count for the candidate; lost: (n,) uint8, the foot whose loss binds. NONE where there is none."""
+    """How far the centre of mass is inside each candidate's support polygon, and what binds it.
+
+    margins: (n,) [m]; pairs: (n,) uint8, codes (balance.foot_pairs) of the binding edge's feet, rows of the fixed feet
+    and their count for the candidate; lost: (n,) uint8, the foot whose loss binds. NONE where there is none.
+    """
 
     margins: Array
     pairs: NDArray[np.uint8]

@@ -32,6 +32,7 @@ class Tether(Value):
     bare: float = 0.5
 
     def check(self) -> None:
+        """Raises InvalidInput for points that are not finite, and a force, length, speed or clearance out of range."""
         for name, point in (("anchor", self.anchor), ("attachment", self.attachment)):
             if point.shape != (3,) or not np.isfinite(point).all():
                 raise InvalidInput(f"the tether's {name} needs three finite numbers [m]")

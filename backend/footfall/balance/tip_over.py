@@ -3,7 +3,7 @@
 The rover, stiff, is turned about an edge of its support polygon until its centre of mass is highest, straight above
 that edge; the energy is its weight times that rise. On a slope the edges downhill take less. Friction is taken to hold.
 
-References
+References:
 ----------
 D. A. Messuri, C. A. Klein, "Automatic body regulation for maintaining stability of a legged vehicle during
 rough-terrain locomotion", IEEE Journal of Robotics and Automation 1, 1985.

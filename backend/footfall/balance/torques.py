@@ -4,7 +4,7 @@ The ground may share the weight between the wheels in many ways. The *torque rat
 least, over all contact forces in equilibrium inside friction, of the largest |torque| / limit: a linear
 program. Above 1 no sharing of the load spares the motors; below 1 one exists, and it is returned.
 
-References
+References:
 ----------
 K. Hauser, T. Bretl, J.-C. Latombe, K. Harada, B. Wilcox, "Motion planning for legged robots on varied
 terrain", International Journal of Robotics Research 27, 2008 (equilibrium with torque limits).
@@ -56,6 +56,7 @@ class TorqueCheck(Value):
 
     @property
     def holds(self) -> bool:
+        """Whether there are contact forces with which no joint needs more than its limit."""
         return self.feasible and self.ratio <= 1.0
 
 

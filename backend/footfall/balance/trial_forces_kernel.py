@@ -9,7 +9,7 @@ Arrays over the k feet: arms (k, 3), contacts from the centre of mass [m]; unit 
 [weights]; past (k, 3), what they are past their bounds; all level, z against gravity. spread: (4, 3), the inverse of
 the contacts' second moments about their centre [1/m²], and the centre.
 
-References
+References:
 ----------
 H. H. Bauschke, J. M. Borwein, "On projection algorithms for solving convex feasibility problems", SIAM Review 38, 1996.
 """

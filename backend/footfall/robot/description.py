@@ -60,6 +60,7 @@ class Leg(Value):
     link_names: tuple[str, ...]
 
     def check(self) -> None:
+        """Raises InvalidRobot for a hip pitch joint off the leg's plane, and for lengths that are not above zero."""
         require_transform(self.T_base_hip, "T_base_hip")
         if self.hip_offset.shape != (3,) or self.hip_offset[1] != 0.0:
             raise InvalidRobot("the hip pitch joint must lie in the leg's plane: the offset's y must be 0")
@@ -111,6 +112,7 @@ class Clearances(Value):
     wheel_sink: float
 
     def check(self) -> None:
+        """Raises InvalidRobot where a part has no clearance to the terrain, and for ones negative or not finite."""
         if set(self.terrain) != set(PARTS):
             raise InvalidRobot(f"the clearances to the terrain must name every part: {', '.join(PARTS)}")
         pairs = {f"{pair.part_a} to {pair.part_b}": pair.distance for pair in self.own_leg}
@@ -129,6 +131,7 @@ class Payload(Value):
     position: NDArray[np.float64]
 
     def check(self) -> None:
+        """Raises InvalidRobot for a mass or size that is not above zero, and for a position that is not finite."""
         if not 0 < self.mass < np.inf:
             raise InvalidRobot("a payload needs a mass above zero [kg]; without one, leave the payload out")
         if self.size.shape != (3,) or not (np.isfinite(self.size) & (self.size > 0)).all():
@@ -168,6 +171,7 @@ class RobotDescription(Value):
     assumed: tuple[str, ...]
 
     def check(self) -> None:
+        """Raises InvalidRobot for arrays that lack joints, limits out of order, and postures outside them."""
         count = 6 * len(self.legs)
         for name in ("lower", "upper", "torque_limits", "speed_limits", "stiffness"):
             array = getattr(self, name)

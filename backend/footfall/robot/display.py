@@ -115,8 +115,9 @@ def _ring(axis: int, place: float, radii: Array) -> Array:
 
 
 def _wheel(shape: Mesh, radius: float, width: float) -> tuple[Part, ...]:
-    """A tyre with rounded shoulders and treads, and a hub as wide as the wheel. The shape's corners are on its radius,
-    so that the tyre is as large as the circle inside them.
+    """A tyre with rounded shoulders and treads, and a hub as wide as the wheel.
+
+    The shape's corners are on its radius, so that the tyre is as large as the circle inside them.
     """
     sides = len(shape.vertices) // 2
     inner = radius * float(np.cos(np.pi / sides))

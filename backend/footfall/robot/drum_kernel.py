@@ -108,9 +108,9 @@ def _extent(radius: float, width: float, along: float) -> float:
 def _toward(
     x: float, y: float, z: float, ax: float, ay: float, az: float, radius: float, width: float
 ) -> tuple[float, float, float, float]:
-    """The unit direction to a point, seen from the drum's middle, from the drum's nearest point, never upward, …
+    """The unit direction to a point, seen from the drum's middle, from the drum's nearest point, never upward.
 
-    … and how far the drum reaches that way from its middle: ∞ where there is no such direction.
+    And how far the drum reaches that way from its middle: ∞ where there is no such direction.
     """
     along = x * ax + y * ay + z * az
     px, py, pz = x - along * ax, y - along * ay, z - along * az

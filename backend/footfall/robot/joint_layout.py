@@ -22,6 +22,7 @@ class JointLayout(Value):
     sliding: tuple[str, ...] = ()
 
     def check(self) -> None:
+        """Raises InvalidRobot where a leg lacks a name or joints, or where two legs or two joints have one name."""
         names = self.joint_names
         if len(self.legs) != len(self.joints) or not all(self.joints):
             raise InvalidRobot("each leg needs a name and joints")

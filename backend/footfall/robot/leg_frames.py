@@ -53,7 +53,7 @@ def _columns(R: Array, xx: float, xy: float, xz: float, yx: float, yy: float, yz
 
 @njit()
 def _turn_x(R: Array, angle: float, out: Array) -> None:
-    """out = R Rx(angle)."""
+    """Writes R Rx(angle) to ``out``."""
     c, s = np.cos(angle), np.sin(angle)
     for k in range(3):
         y, z = R[k, 1], R[k, 2]
@@ -62,7 +62,7 @@ def _turn_x(R: Array, angle: float, out: Array) -> None:
 
 @njit()
 def _turn_y(R: Array, angle: float, out: Array) -> None:
-    """out = R Ry(angle)."""
+    """Writes R Ry(angle) to ``out``."""
     c, s = np.cos(angle), np.sin(angle)
     for k in range(3):
         x, z = R[k, 0], R[k, 2]

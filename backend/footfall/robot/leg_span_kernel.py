@@ -35,8 +35,9 @@ WORK = PART_COUNT + 6 * PART_COUNT + 3 * SCRATCH
 def span_to_others(
     poses: Array, d: Array, bends: Array, most: float, tables: LegTables, mode: int, work: Array
 ) -> float:
-    """A half length h ≤ ``most`` with the leg proven to be clear at q + s d for every s from −h to h, or UNSURE: of
-    the ground, and of all that does not move.
+    """A half length h ≤ ``most`` over which the leg is proven clear of the ground and of all that does not move.
+
+    That is at q + s d for every s from −h to h; UNSURE where nothing is proven.
 
     poses: (7, 3, 4) of the parts in site at finite angles q, see place_leg. d: (6,) [rad]. bends: of
     :func:`line_bends`. mode: see leg_is_clear. work: memory to work in, WORK numbers.
@@ -74,7 +75,7 @@ def span_of_own_parts(
 
 @njit()
 def line_bends(d: Array, tables: LegTables) -> tuple[Array, Array]:
-    """b of each part moved by the joints from the k-th on, and the most speed it ever has, (7, 7) each."""
+    """Bounds of the module's b for each part moved by the joints from the k-th on, and its most speed, (7, 7) each."""
     bends, rates = np.zeros((PART_COUNT, 7)), np.zeros((PART_COUNT, 7))
     shells, reach, lengths = tables.shells, tables.reach, tables.lengths
     for part in range(PART_COUNT):
@@ -121,7 +122,7 @@ def _twists(d: Array, poses: Array, twists: Array) -> None:
 
 @njit()
 def _speed(twists: Array, poses: Array, shells: Array, reach: Array, part: int, seen_from: int) -> float:
-    """v of a part as seen from a part nearer to the hip, or from the hip (−1); see the module."""
+    """Speed v of a part as seen from a part nearer to the hip, or from the hip (−1); see the module."""
     x = coordinate(poses, part, shells, part, CENTER, 0)
     y = coordinate(poses, part, shells, part, CENTER, 1)
     z = coordinate(poses, part, shells, part, CENTER, 2)
@@ -142,12 +143,12 @@ def _speed(twists: Array, poses: Array, shells: Array, reach: Array, part: int, 
 
 @njit()
 def most_bend(d: Array, lengths: Array, part: int, first: int, far: float) -> tuple[float, float]:
-    """b of a point that is ``far`` from the origin of its part at most, moved by the joints from ``first`` on.
+    """Bound b of a point that is ``far`` from its part's origin at most, moved by the joints from ``first`` on.
 
     And the most speed that it ever has.
 
-    Its second derivative is the sum of dᵢ dⱼ aₖ × (aₘ × (x − oₘ)) over all i, j, with k the smaller and m the larger
-    of them, a the joints' axes and o their origins; |x − oₘ| is at most what the links from there on measure.
+    Its second derivative is the sum of dᵢ dⱼ aₖ × (aₘ × (x − oₘ)) over all i, j, with k the smaller and m the larger of
+    them, a the joints' axes and o their origins; |x − oₘ| is at most what the links from there on measure.
     """
     if part == PART_COUNT - 1:
         far += lengths[FOOT]

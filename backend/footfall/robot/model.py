@@ -63,6 +63,7 @@ class Robot:
 
     @property
     def joint_names(self) -> tuple[str, ...]:
+        """Names of all joints, leg by leg from the hip to the foot."""
         return self.description.joint_names
 
     def posture(self, name: str) -> NDArray[np.float64]:

@@ -19,8 +19,11 @@ _WHEEL = PART_COUNT - 1
 
 
 class Solids(NamedTuple):
-    """n convex bodies: vertices (n, v, 3), face normals (n, f, 3), edge directions (n, e, 3), each without parallels;
-    centres (n, 3), radii (n,) about them, halves (n, 3) of boxes along their axes, NaN for others."""
+    """Convex bodies, n of them.
+
+    vertices (n, v, 3), face normals (n, f, 3), edge directions (n, e, 3), each without parallels; centres (n, 3), radii
+    (n,) about them, halves (n, 3) of boxes along their axes, NaN for others.
+    """
 
     vertices: Array
     normals: Array

@@ -64,6 +64,7 @@ class Pairs:
         return _distance(self._shape(a), data.oMg[a], shape, pin.SE3(T_base_shape))
 
     def label(self, index: int) -> str:
+        """What the shape of that number was called when it was added."""
         return self._labels[index]
 
     def points(self, data: pin.GeometryData, offsets: dict[int, NDArray[np.float64]]) -> NDArray[np.float64]:

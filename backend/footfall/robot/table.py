@@ -33,36 +33,43 @@ class Table:
             raise InvalidRobot(f"{place} has no entry {unknown[0]!r}; it has {keys.replace(' ', ', ')}")
 
     def table(self, key: str) -> "Table":
+        """A table inside this one."""
         return Table(self._get(key), self._name(key))
 
     def tables(self, key: str) -> list["Table"]:
+        """The tables of a list; raises InvalidRobot where it is none."""
         items = self._get(key)
         if not isinstance(items, list):
             raise InvalidRobot(f"{self._name(key)} must be a list of tables")
         return [Table(item, f"{self._name(key)}[{i}]") for i, item in enumerate(items)]
 
     def text(self, key: str) -> str:
+        """A text that is not empty; raises InvalidRobot for anything else."""
         item = self._get(key)
         if not isinstance(item, str) or not item:
             raise InvalidRobot(f"{self._name(key)} must be a text")
         return item
 
     def texts(self, key: str) -> tuple[str, ...]:
+        """The texts of a list, maybe none; raises InvalidRobot for anything else."""
         items = self._get(key)
         if not isinstance(items, list) or not all(isinstance(item, str) for item in items):
             raise InvalidRobot(f"{self._name(key)} must be a list of texts")
         return tuple(items)
 
     def integer(self, key: str) -> int:
+        """A whole number; raises InvalidRobot for anything else, true and false included."""
         item = self._get(key)
         if not isinstance(item, int) or isinstance(item, bool):
             raise InvalidRobot(f"{self._name(key)} must be a whole number")
         return item
 
     def number(self, key: str) -> float:
+        """A number, as it is in the file: units are the reader's."""
         return self._number(self._get(key), key)
 
     def numbers(self, key: str, count: int | None = None) -> NDArray[np.float64]:
+        """The numbers of a list, ``count`` of them unless that is None; raises InvalidRobot for anything else."""
         items = self._get(key)
         if not isinstance(items, list) or (count is not None and len(items) != count):
             raise InvalidRobot(f"{self._name(key)} must be a list of {count or 'some'} numbers")
@@ -76,6 +83,7 @@ class Table:
         return np.array([[self._number(item, key) for item in corner] for corner in items], float)
 
     def pairs(self, key: str) -> tuple[tuple[str, str], ...]:
+        """Pairs of texts; raises InvalidRobot for anything else."""
         items = self._get(key)
         whole = isinstance(items, list) and all(isinstance(pair, list) and len(pair) == 2 for pair in items)
         if not whole or not all(isinstance(item, str) for pair in items for item in pair):

@@ -26,14 +26,19 @@ class Limited(Protocol):
     """Of a robot: the limits of its joints."""
 
     @property
-    def lower(self) -> NDArray[np.float64]: ...
+    def lower(self) -> NDArray[np.float64]:
+        """Lower limits (joints,) [rad]."""
+
     @property
-    def upper(self) -> NDArray[np.float64]: ...
+    def upper(self) -> NDArray[np.float64]:
+        """Upper limits (joints,) [rad]."""
 
 
 def inside(robot: Limited, measured: NDArray[np.float64], reserve: float = 0.0) -> NDArray[np.float64]:
-    """Measured angles (…, joints) [rad]: those past a limit by what a measurement may be off are at the limit, or by
-    the ``reserve`` that plans keep of it inside.
+    """Measured angles (…, joints) [rad], those a little past a limit moved to it.
+
+    A little is what a measurement may be off. Where plans keep a ``reserve`` [rad] from the limits, angles that are
+    nearer to a limit, or past it by that little, are moved to the reserve's end.
     """
     q = np.asarray(measured, float)
     nearest = np.clip(q, robot.lower + reserve, robot.upper - reserve)

@@ -25,6 +25,7 @@ def ambler_texts(sizes: AmblerSizes) -> dict[str, str]:
 
 
 def main() -> None:
+    """Writes the files of ATHLETE and of the Ambler that follow from their sizes, beside this module."""
     here = Path(__file__).parent
     written = {here / "ambler" / name: text for name, text in ambler_texts(AmblerSizes()).items()}
     description_file = here / "athlete" / "athlete.toml"

@@ -146,7 +146,7 @@ def _leg(tree: RobotTree, limb: _Limb, Ts_root_link: dict[str, Array], doubt: st
 
 
 def _named(legs: list[LegChain]) -> list[LegChain]:
-    """Legs called by what their foot links don't share: LF_FOOT, RF_FOOT, … are LF, RF, …"""
+    """Legs called by what their foot links don't share: LF_FOOT, RF_FOOT and so on are LF, RF and so on."""
     feet = [leg.foot for leg in legs]
     begin, end = _shared(feet), _shared([foot[::-1] for foot in feet])
     short = [foot[begin : len(foot) - end].strip("_-. ") for foot in feet]

@@ -28,12 +28,15 @@ class Finding(Value):
 
 
 def good(check: str, text: str, where: str = "") -> Finding:
+    """A finding that speaks for the robot."""
     return Finding(Grade.GOOD, check, where, text)
 
 
 def doubtful(check: str, where: str, text: str) -> Finding:
+    """A finding that somebody should look at; the robot can be used."""
     return Finding(Grade.DOUBTFUL, check, where, text)
 
 
 def unusable(check: str, where: str, text: str) -> Finding:
+    """A finding with which the robot can't be used."""
     return Finding(Grade.UNUSABLE, check, where, text)

@@ -13,7 +13,7 @@ ALIKE = 0.1
 
 
 def grouped(tree: RobotTree, legs: Sequence[LegChain]) -> tuple[LegChain, ...]:
-    """The same legs, each with the number of its group, 0…"""
+    """The same legs, each with the number of its group, from 0 on."""
     first: list[LegChain] = []
     numbered = []
     for leg in legs:

@@ -32,6 +32,7 @@ class Sole(Value):
     doubt: str = ""
 
     def check(self) -> None:
+        """Raises InvalidRobot for a kind that is none of SOLES."""
         if self.kind not in SOLES:
             raise InvalidRobot(f"a sole is one of {', '.join(SOLES)}, not {self.kind!r}")
 
@@ -61,6 +62,7 @@ class LeggedModel(Value):
     left_out: Mapping[str, str]
 
     def check(self) -> None:
+        """Raises InvalidRobot for too few or too many legs, with why limbs were left out, and for a name used twice."""
         if not FEWEST_LEGS <= len(self.legs) <= MOST_LEGS:
             others = "; ".join(f"{limb}: {why}" for limb, why in self.left_out.items())
             legs = "1 leg" if len(self.legs) == 1 else f"{len(self.legs)} legs"

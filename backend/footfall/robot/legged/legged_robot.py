@@ -102,6 +102,7 @@ class LeggedRobot:
 
     @property
     def leg_names(self) -> tuple[str, ...]:
+        """Names of the legs, in the order of the model."""
         return tuple(leg.name for leg in self.model.legs)
 
     @property

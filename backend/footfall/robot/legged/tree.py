@@ -33,6 +33,7 @@ class TreeShape(Value):
     source: str = ""
 
     def check(self) -> None:
+        """Raises InvalidRobot for a kind that is none of SHAPE_KINDS."""
         require_transform(self.T_link_shape, "T_link_shape")
         if self.kind not in SHAPE_KINDS:
             raise InvalidRobot(f"a shape is one of {', '.join(SHAPE_KINDS)}, not {self.kind!r}")
@@ -78,6 +79,7 @@ class TreeJoint(Value):
 
     @property
     def moves(self) -> bool:
+        """Whether it turns or slides; a fixed joint doesn't."""
         return self.kind in MOVING
 
     def motion(self, q: float) -> NDArray[np.float64]:
@@ -107,6 +109,7 @@ class RobotTree(Value):
     joints: tuple[TreeJoint, ...]
 
     def check(self) -> None:
+        """Raises InvalidRobot for links and joints that are no tree in which each hangs from the root."""
         seen = {self.links[0].name}
         for joint in self.joints:
             if joint.parent not in seen or joint.child in seen:
@@ -117,6 +120,7 @@ class RobotTree(Value):
 
     @property
     def root(self) -> str:
+        """Name of the link that hangs from no joint."""
         return self.links[0].name
 
     @property
@@ -125,9 +129,11 @@ class RobotTree(Value):
         return float(sum(link.mass for link in self.links))
 
     def link(self, name: str) -> TreeLink:
+        """The link of that name, which must be there."""
         return next(link for link in self.links if link.name == name)
 
     def joint(self, name: str) -> TreeJoint:
+        """The joint of that name, which must be there."""
         return next(joint for joint in self.joints if joint.name == name)
 
     def bodies(self) -> Mapping[str, str]:

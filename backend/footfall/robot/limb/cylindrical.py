@@ -73,8 +73,10 @@ class CylindricalLimb(LimbSolver):
         return float(np.sqrt(least**2 + self._aside)), float(np.sqrt(np.abs(ends).max() ** 2 + self._aside))
 
     def solve(self, places: ArrayLike) -> CylindricalSolutions:
-        """Every posture inside the limits there is, turns nearest to their middle; of a foot on the axis the turn is
-        free, and the middle one is answered."""
+        """Every posture inside the limits there is, turns nearest to their middle.
+
+        Of a foot on the axis the turn is free, and the middle one is answered.
+        """
         limb, targets = self.limb, self._targets(places)
         q = self._both(targets[:, :3, 3], np.full(len(targets), (limb.lower[0] + limb.upper[0]) / 2))
         spare = np.minimum(q - limb.lower, limb.upper - q).min(axis=2)

@@ -37,6 +37,7 @@ class Limb(Value):
     place: Place
 
     def check(self) -> None:
+        """Raises InvalidRobot for a number of joints, placements, axes, kinds or limits that don't make a chain."""
         count = len(self.names)
         if not 1 <= count <= LONGEST:
             raise InvalidRobot(f"a limb has 1 to {LONGEST} joints, not {count}", joints=list(self.names))
