@@ -141,6 +141,7 @@ class MapSettings(Value):
     lift_off: bool = field(default=True, metadata=before(False))
 
     def check(self) -> None:
+        """Raises InvalidInput for a window or limit that is not above zero, and margins and clearances below it."""
         if not (self.window > 0 and self.slope_limit > 0 and self.roughness_limit > 0 and self.step_limit > 0):
             raise InvalidInput("window and limits of the map settings must be above zero")
         require_not_negative("m", stable_margin=self.stable_margin, lift=self.lift)
@@ -164,6 +165,7 @@ class MapStack(Value):
     not_lifted: str = field(default="", metadata=LATER)
 
     def check(self) -> None:
+        """Raises InvalidInput for a layer of an unknown name, or of another shape than the grid's."""
         for name, layer in self.layers.items():
             if name not in ALL_LAYERS or layer.shape != self.geometry.shape:
                 raise InvalidInput(f"layer {name!r} is unknown or does not fit the grid {self.geometry.shape}")

@@ -8,7 +8,7 @@ passes is the weighted geometric mean of the factors (``maps.quality_settings``)
 so that a factor at 0 is a veto that no other can buy off (in an arithmetic mean it could), equal factors give just that
 score, and only the proportions of the weights count.
 
-References
+References:
 ----------
 C. Caillas, M. Hebert, E. Krotkov, I. Kweon, T. Kanade, "Methods for identifying footfall positions for a legged
 robot", IROS 1989. J. Bares, W. Whittaker, "Configuration of autonomous walkers for extreme terrain", Int. J. Robotics
@@ -59,9 +59,11 @@ REFUSALS: Mapping[int, tuple[str, str]] = MappingProxyType(
 
 @dataclass(frozen=True)
 class LegSituation:
-    """Of the leg that asks, in site. hip: of the hip-yaw joint [m]; foot: its present contact [m]; length: farthest
-    that a contact can be from the hip [m]; towards: (east, north) in which the body is to advance, of any length above
-    zero, or None."""
+    """Of the leg that asks, in site.
+
+    hip: of the hip-yaw joint [m]; foot: its present contact [m]; length: farthest that a contact can be from the hip
+    [m]; towards: (east, north) in which the body is to advance, of any length above zero, or None.
+    """
 
     hip: tuple[float, float, float]
     foot: tuple[float, float, float]

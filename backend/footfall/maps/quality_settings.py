@@ -117,6 +117,7 @@ class QualitySettings(Value):
         Value.__post_init__(self)
 
     def check(self) -> None:
+        """Raises InvalidInput for weights below 0 or all 0, ramps without two numbers, and heights out of order."""
         for factor, weight in self.weights.items():
             if not (isinstance(weight, float) and 0 <= weight < np.inf):
                 raise InvalidInput(f"the weight of {factor} must be a finite number of at least 0", weight=weight)

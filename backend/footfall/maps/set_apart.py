@@ -40,8 +40,11 @@ layers and factors of those names."""
 
 @dataclass(frozen=True)
 class Apart:
-    """measure: of MEASURES; rank: the place's in it, 1 the best, no other place has it; amount in unit; text: all of it
-    for a person."""
+    """In what a place is better than the others that were suggested, or how good it is among them.
+
+    measure: of MEASURES; rank: the place's in it, 1 the best, no other place has it; amount in unit; text: all of it
+    for a person.
+    """
 
     measure: str
     rank: int

@@ -189,7 +189,7 @@ def _every(grid: GridGeometry, stride: int) -> GridGeometry:
 
 
 def memory_layers(dem: Dem) -> dict[str, NDArray[np.float32]]:
-    """ "age" [s] and "height_sd" [m] of each cell, (rows, cols); NaN where unknown or where the terrain doesn't say."""
+    """Layers "age" [s] and "height_sd" [m] of each cell, (rows, cols); NaN where the terrain doesn't say."""
     nothing = np.full(dem.geometry.shape, np.nan, np.float32)
     deviation = nothing if dem.variance is None else np.sqrt(dem.variance)
     return {"age": ages(dem), "height_sd": deviation}

@@ -68,7 +68,9 @@ class Suggestion:
 
 @dataclass(frozen=True)
 class Suggestions:
-    """footfalls: best first, maybe none. refused: what refuses → number of cells. left_out: factor → why it does not
+    """What is suggested, and why nothing more is.
+
+    footfalls: best first, maybe none. refused: what refuses → number of cells. left_out: factor → why it does not
     count. reason: why there are none, fewer than asked for, or some nearer to each other, and what to try; else "".
     """
 
@@ -80,8 +82,11 @@ class Suggestions:
 
 @dataclass(frozen=True)
 class Explanation:
-    """Of one cell. lines: one for each layer and factor, "name amount (limit …)"; verdict: whether it may be stood on
-    and what decides; score 0…1, 0 where refused; refused: 0 or a key of ``quality.REFUSALS``."""
+    """What speaks for one cell, and what against it.
+
+    lines: one for each layer and factor, "name amount (limit …)"; verdict: whether it may be stood on and what decides;
+    score 0…1, 0 where refused; refused: 0 or a key of ``quality.REFUSALS``.
+    """
 
     row: int
     col: int
@@ -251,7 +256,7 @@ def _weakest(found: Quality, factors: Mapping[str, float], amounts: Mapping[str,
 
 
 def _factor_text(found: Quality, name: str, amount: float) -> str:
-    """ "slope 4° (limit 25°)"."""
+    """A factor for a person, as in "slope 4° (limit 25°)"."""
     worst, best = found.settings.ramps[name]
     unit = FACTORS[name].unit
     if FACTORS[name].limit:

@@ -5,7 +5,7 @@ the least height over it (exact, over every known cell of the window). *Goodness
 three; *certainty* says how much of the window is known, and is kept apart, so that unknown ground never
 looks bad or good.
 
-References
+References:
 ----------
 R. Simmons, E. Krotkov, L. Chrisman, F. Cozman, R. Goodwin, M. Hebert, L. Katragadda, S. Koenig,
 G. Krishnaswamy, Y. Shinoda, W. Whittaker, P. Klarer, "Experience with rover navigation for lunar-like

@@ -148,8 +148,10 @@ def all_samples(
     settings: TerrainSettings,
     progress: Progress,
 ) -> list[tuple[CellSamples, CellSamples]]:
-    """What each of ``count`` pairs says of the cells of a grid, surely and doubtfully, its points moved by p_map =
-    correction @ p_site."""
+    """What each of ``count`` pairs says of the cells of a grid, surely and doubtfully.
+
+    Its points are moved by p_map = correction @ p_site.
+    """
     samples = []
     for i, one in enumerate(matched):
         progress(0.72 + 0.2 * i / count, f"gridding {one.pair.name}")

@@ -72,6 +72,7 @@ class Dem(Value):
         return not any(layer is None for layer in (self.variance, self.count, self.time, self.source))
 
     def check(self) -> None:
+        """Raises InvalidTerrain for too many cells, arrays off the grid, and heights infinite or all unknown."""
         if self.heights.dtype != np.float32 or self.heights.shape != self.geometry.shape:
             raise InvalidTerrain(
                 f"heights are {self.heights.dtype} {self.heights.shape}, the grid wants float32 {self.geometry.shape}"

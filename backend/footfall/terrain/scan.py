@@ -59,6 +59,7 @@ class ScanSettings(Value):
     time: float = 0.0
 
     def check(self) -> None:
+        """Raises InvalidInput for a resolution, gap, deviation, share, count or time out of range."""
         if self.resolution is not None and not 0.001 <= self.resolution < math.inf:
             raise InvalidInput("resolution needs at least 0.001 m", resolution=self.resolution)
         if not (0 < self.gap < math.inf and 0 < self.deviation < math.inf):

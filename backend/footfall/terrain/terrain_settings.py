@@ -87,6 +87,7 @@ class TerrainSettings(Value):
     view: str = field(default=WHOLE, metadata=before(COMMON))
 
     def check(self) -> None:
+        """Raises InvalidInput for an unknown matcher or view, and for sizes, ranges and limits out of range."""
         if self.matcher not in MATCHERS:
             raise InvalidInput(f"matcher is one of {', '.join(MATCHERS)}, not {self.matcher!r}")
         if self.view not in VIEWS:
@@ -151,6 +152,7 @@ class BlendSettings(Value):
     reach: float = 0.0
 
     def check(self) -> None:
+        """Raises InvalidInput for a deviation, seam, reach or time out of range."""
         if not (0 < self.deviation < math.inf and 0 < self.seam < math.inf and 0 <= self.reach < math.inf):
             raise InvalidInput("blending needs a deviation and a seam above zero, and a reach of at least zero [m]")
         if not math.isfinite(self.time):

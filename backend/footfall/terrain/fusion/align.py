@@ -115,8 +115,9 @@ def align(
 
 
 def _clearly_nearer(before: Array, after: Array, deviation: Array) -> bool:
-    """Whether points that are ``before`` and ``after`` (n,) [m] from the map, NaN where it is unknown, clearly fit it
-    better: by their robust cost, at the scale that they have at first.
+    """Whether points that are ``before`` and ``after`` (n,) [m] from the map clearly fit it better.
+
+    NaN where it is unknown. By their robust cost, at the scale that they have at first.
     """
     both = np.isfinite(before) & np.isfinite(after)
     both[both] = (np.abs(before[both]) < FARTHEST) & (np.abs(after[both]) < FARTHEST)

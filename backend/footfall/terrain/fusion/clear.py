@@ -23,6 +23,7 @@ class Area(Value):
     corners: tuple[tuple[float, ...], ...] = ()
 
     def check(self) -> None:
+        """Raises InvalidInput for what is neither a disc nor a polygon, or both, not finite, or of too many corners."""
         disc, polygon = bool(self.center), bool(self.corners)
         if disc == polygon:
             raise InvalidInput("an area is either a disc, with center and radius, or a polygon with corners")

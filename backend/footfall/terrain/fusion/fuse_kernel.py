@@ -99,8 +99,11 @@ def _sort(values: NDArray[np.float32], n: int) -> None:
 def median_around(
     heights: NDArray[np.float32], radius: int, where: NDArray[np.bool_]
 ) -> tuple[NDArray[np.float32], NDArray[np.float32], NDArray[np.int64]]:
-    """Of the known cells of the square around each known cell that is asked for: lower median, lower median of the
-    distances from it, and their number; NaN, NaN and 0 at others. where: (rows, cols)."""
+    """Lower median around each known cell, lower median of the distances from it, and the number of known cells.
+
+    All three of the known cells of the square around each known cell that is asked for; NaN, NaN and 0 at others.
+    where: (rows, cols).
+    """
     rows, cols = heights.shape
     median, spread = np.full((rows, cols), np.nan, np.float32), np.full((rows, cols), np.nan, np.float32)
     known = np.zeros((rows, cols), np.int64)

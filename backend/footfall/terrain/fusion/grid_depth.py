@@ -50,11 +50,10 @@ def pixel_sides(
     intrinsics: tuple[float, float, float, float],
     T_site_camera: NDArray,
 ) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
-    """From the middles of pixels to those of the pixels on their right and below them, were these on the same plane:
-    (n, 3) each, site [m].
+    """From the middles of pixels to those on their right and below them, were these on the same plane.
 
-    rows, cols: (n,). depth: (height, width) [m]. slopes: change of the disparity to the next column and row, (height,
-    width) each [px]. Derivatives of z (x, y, 1) with z = f·B / (d + offset).
+    (n, 3) each, site [m]. rows, cols: (n,). depth: (height, width) [m]. slopes: change of the disparity to the next
+    column and row, (height, width) each [px]. Derivatives of z (x, y, 1) with z = f·B / (d + offset).
     """
     fx, fy, cx, cy = intrinsics
     z = depth[rows, cols]
@@ -77,13 +76,13 @@ def grid_depth(
     max_edge: float,
     sure: NDArray[np.bool_],
 ) -> tuple[CellSamples, CellSamples, NDArray[np.bool_]]:
-    """Heights of the surface through neighbouring pixels at the cell centres that it covers, from sure pixels alone and
-    from others; and the pixels (height, width) beside which the sure ones leave a gap.
+    """Heights of the surface through neighbouring pixels at the cell centres that it covers.
 
-    points: (3, height, width) site [m]; disparity: (height, width) [px], NaN = unknown; deviation: (height,
-    width) of the depth [m], proportional to z²/(f·B); grey: (height, width).
-    max_jump: largest difference of disparity within a triangle [px]; max_edge: longest side from above [m]; sure:
-    (height, width).
+    From sure pixels alone, and from others; and the pixels (height, width) beside which the sure ones leave a gap.
+
+    points: (3, height, width) site [m]; disparity: (height, width) [px], NaN = unknown; deviation: (height, width) of
+    the depth [m], proportional to z²/(f·B); grey: (height, width). max_jump: largest difference of disparity within a
+    triangle [px]; max_edge: longest side from above [m]; sure: (height, width).
     """
     cell, found, is_sure, gaps = cover_cells(
         (points[0] - geometry.x0) / geometry.resolution,

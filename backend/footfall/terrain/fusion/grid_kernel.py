@@ -1,5 +1,6 @@
-"""Compiled: the points that pixels see; the cell centres that lie inside the triangles between neighbouring ones, and
-what is there; and those that lie inside a single pixel.
+"""Compiled: the points that pixels see, and the cells whose centres lie among them.
+
+That is inside the triangles between neighbouring points, with what is there, or inside a single pixel.
 """
 
 import numpy as np
@@ -12,8 +13,10 @@ Image = NDArray[np.float64]
 
 @njit(error_model="numpy", nogil=True)
 def points_at(depth: Image, fx: float, fy: float, cx: float, cy: float, T: Image) -> NDArray[np.float64]:
-    """What pixels of a camera see at their depths (height, width) [m]: points (3, height, width) of the frame that T
-    leads to from the camera's. In this order of operations whatever the number of threads is.
+    """What pixels of a camera see at their depths (height, width) [m].
+
+    Points (3, height, width) of the frame that T leads to from the camera's. In this order of operations whatever the
+    number of threads is.
     """
     points = np.empty((3, *depth.shape))
     for v in range(depth.shape[0]):
@@ -37,9 +40,10 @@ def cover_cells(
     max_edge: float,
     sure: NDArray[np.bool_],
 ) -> tuple[NDArray[np.int64], NDArray[np.float64], NDArray[np.bool_], NDArray[np.bool_]]:
-    """Flat indices (n,) of covered cells, the three interpolated layers (n, 3) there and whether all corners behind
-    them are sure (n,); a cell may occur several times. And which pixels (height, width) lack a triangle of sure
-    corners.
+    """Flat indices (n,) of covered cells, what is there, and which pixels leave a gap.
+
+    With each cell come the three interpolated layers (n, 3) there and whether all corners behind them are sure (n,); a
+    cell may occur several times. A gap is at pixels (height, width) that lack a triangle of sure corners.
 
     x, y: (height, width) of each pixel's point [cells]; disparity: (height, width) [px], NaN = unknown; layers:
     (height, width) each. Triangles with a side over max_edge along x or y [cells], or with disparities further apart
@@ -115,8 +119,9 @@ def cells_of_pixels(
     cols: int,
     max_edge: float,
 ) -> tuple[NDArray[np.int64], NDArray[np.float64], NDArray[np.int64]]:
-    """Flat indices (n,) of cells not ``covered`` yet whose centres lie inside of single pixels, their heights (n,) and
-    which pixel each is of; a cell may occur several times.
+    """Flat indices (n,) of cells not ``covered`` yet whose centres lie inside of single pixels.
+
+    With their heights (n,) and which pixel each is of; a cell may occur several times.
 
     point: (m, 3) in the middle of each pixel, x and y [cells], z [m]; to_right, down: (m, 3), to the middles of the
     pixels beside and below, were they on the plane of this one. Pixels that are longer than max_edge along x or y

@@ -1,8 +1,8 @@
-"""Where the rover is on the map: where its odometry has it, moved as the map's newest images had to be, and how sure
-that is. The one place that says.
+"""Where the rover is on the map, and how sure that is: the one place that says.
 
-Odometry drifts, and what images took back of that (see :mod:`footfall.terrain.fusion.align`) holds for where they were
-taken. From there on the pose gets less sure with the way and the time, as a random walk.
+It is where its odometry has it, moved as the map's newest images had to be. Odometry drifts, and what images took back
+of that (see :mod:`footfall.terrain.fusion.align`) holds for where they were taken. From there on the pose gets less
+sure with the way and the time, as a random walk.
 """
 
 from dataclasses import dataclass, replace
@@ -64,8 +64,10 @@ class OnMap:
 
     @property
     def possible(self) -> tuple[RobotState, ...]:
-        """How the rover may stand. Where the correction is in doubt what is asked of one has to hold of the other too,
-        so that no correction lets pass what would be refused without it.
+        """How the rover may stand.
+
+        Where the correction is in doubt what is asked of one has to hold of the other too, so that no correction lets
+        pass what would be refused without it.
         """
         return (self.state, self.by_odometry) if self.doubt else (self.state,)
 

@@ -31,6 +31,7 @@ class DepthView(Value):
     deviation: NDArray[np.float32]
 
     def check(self) -> None:
+        """Raises InvalidImages for arrays of unlike shapes, and for deviations that are not above zero."""
         if self.inverse_depth.ndim != 2 or len(self.intrinsics) != 4:
             raise InvalidImages("a view needs an image of inverse depths, and fx, fy, cx, cy")
         if self.deviation.shape != self.inverse_depth.shape or (self.deviation <= 0).any():

@@ -22,6 +22,7 @@ class CollisionView(Value):
     buffer: float = 0.0
 
     def check(self) -> None:
+        """Raises InvalidTerrain for a raise_by or buffer that is negative or not finite."""
         if not (0 <= self.raise_by < math.inf and 0 <= self.buffer < math.inf):
             raise InvalidTerrain("raise_by and buffer need numbers of at least zero [m]")
 

@@ -68,12 +68,12 @@ ROUNDS = 50
 
 @value
 class Refinement(Value):
-    """What was applied. right_turns, pair_turns: (pairs, 3) about the axes of each right and left camera [rad], 0 where
-    what was found is less than SURE deviations.
+    """What was applied.
 
-    right_uncertainty, pair_uncertainty: (pairs, 3) one standard deviation of each [rad]; zero for the reference, and
-    that of the prior where the images don't tell. common: (pairs, pairs) points seen by both. before, after: median
-    error over the common points [px]; NaN without.
+    right_turns, pair_turns: (pairs, 3) about the axes of each right and left camera [rad], 0 where what was found is
+    less than SURE deviations. right_uncertainty, pair_uncertainty: (pairs, 3) one standard deviation of each [rad];
+    zero for the reference, and that of the prior where the images don't tell. common: (pairs, pairs) points seen by
+    both. before, after: median error over the common points [px]; NaN without.
     """
 
     pairs: tuple[str, ...]

@@ -103,11 +103,12 @@ def refined(left: NDArray[np.uint8], right: NDArray[np.uint8], disparity: Image)
 
 
 def off_plane(disparity: Image, along: Image, down: Image) -> Image:
-    """How far the surface around each pixel is off the pixel's plane, the mean over the largest window [px]; 0 where
-    unknown. Arguments as in :class:`Refined`.
+    """How far the surface around each pixel is off the pixel's plane, the mean over the largest window [px].
 
-    A fit that took all neighbours for one surface would be off by that. What differs by little from the plane is
-    taken for it, so disparities of small things and rims may be wrong by as much, which no difference of images shows.
+    0 where unknown. Arguments as in :class:`Refined`.
+
+    A fit that took all neighbours for one surface would be off by that. What differs by little from the plane is taken
+    for it, so disparities of small things and rims may be wrong by as much, which no difference of images shows.
     """
     known = np.isfinite(disparity)
     rows, cols = np.indices(disparity.shape, np.float32)
@@ -161,10 +162,10 @@ class _Compared:
         self._mean_left = self._mean(left)
 
     def at(self, disparity: Image) -> tuple[Image, Image]:
-        """Grey of the right image at each pixel's partner minus that of the left image, and the mean of their slopes
-        along the row.
+        """Grey of the right image at each pixel's partner minus that of the left one, and the mean of their slopes.
 
-        Sampled over eight pixels: over four, fractions of a disparity were drawn towards the half by 0.03 px.
+        The slopes are along the row. Sampled over eight pixels: over four, fractions of a disparity were drawn towards
+        the half by 0.03 px.
         """
         x = self._x - disparity
         there = cv2.remap(self._right, x, self._y, cv2.INTER_LANCZOS4, borderMode=cv2.BORDER_REPLICATE)

@@ -20,8 +20,10 @@ def fit_planes(
     inverse_reach: Image,
     pull: float,
 ) -> tuple[Image, Image]:
-    """Planes (3, height, width) as disparity at the pixel, its change per column and per row, one step better, and the
-    variance of the disparity (height, width) [px²]: the corner of the inverse of the matrix of the normal equations.
+    """Planes one step better, and the variance (height, width) [px²] of their disparity.
+
+    A plane (3, height, width) is the disparity at the pixel, its change per column and per row. The variance is the
+    corner of the inverse of the matrix of the normal equations.
 
     found: disparities so far, which the right image was sampled at; error: its grey minus the left one there; slope: of
     both images along the row; weight: 1 / variance of the error, 0 = unknown. These four with a border of ``radius`` on

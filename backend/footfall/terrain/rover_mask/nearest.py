@@ -81,8 +81,10 @@ def _search(points, normals, corners, triangle_normals, first, centers, radii, r
 
 @njit()
 def _on_triangle(px, py, pz, corners):
-    """The nearest point of a triangle, by the regions around it (Ericson, *Real-Time Collision Detection*, 2005,
-    §5.1.5)."""
+    """The nearest point of a triangle, by the regions around it.
+
+    Ericson, *Real-Time Collision Detection*, 2005, §5.1.5.
+    """
     ax, ay, az = corners[0, 0], corners[0, 1], corners[0, 2]
     abx, aby, abz = corners[1, 0] - ax, corners[1, 1] - ay, corners[1, 2] - az
     acx, acy, acz = corners[2, 0] - ax, corners[2, 1] - ay, corners[2, 2] - az

@@ -71,6 +71,7 @@ class PostureFit(NamedTuple):
 
     @property
     def text(self) -> str:
+        """How many legs were found, and how far their wheels are off the encoders' at most, for a person."""
         found = sum(count > 0 for count in self.points)
         if not found:
             return "no leg was found in the images, all are taken to be where the encoders say"

@@ -74,8 +74,9 @@ def robot_depths(
 
 
 def beside(depths: NDArray[np.float32], width: int) -> NDArray[np.float32]:
-    """Greatest depth of the robot's rims within ``width`` [px] along rows and columns of each pixel, (height, width)
-    [m]: 0 where there is none. depths: as :func:`robot_depths` has them.
+    """Greatest depth of the robot's rims within ``width`` [px] along rows and columns of each pixel.
+
+    (height, width) [m]: 0 where there is none. depths: as :func:`robot_depths` has them.
 
     Matching carries the disparities of a leg on beside its outline (boundary overreach: Okutomi, Katayama & Oka, *A
     simple stereo algorithm to recover precise object boundaries and smooth surfaces*, IJCV 2002): what lies no deeper
