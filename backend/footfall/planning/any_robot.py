@@ -37,6 +37,7 @@ class ByRobot(Generic[OfRover, ForRover, OfLegged, ForLegged]):
     @overload
     def __call__(self, robot: LeggedRobot, *args: OfLegged.args, **kwargs: OfLegged.kwargs) -> ForLegged: ...
     def __call__(self, robot: Any, *args: Any, **kwargs: Any) -> Any:
+        """Asks the function that is for the kind of ``robot``, with the arguments that follow it."""
         chosen: Any = self._legged if isinstance(robot, LeggedRobot) else self._rover
         return chosen(robot, *args, **kwargs)
 

@@ -33,6 +33,7 @@ class ChoiceSettings(Value):
     pause: float = 5.0
 
     def check(self) -> None:
+        """Raises InvalidInput for a distance, speed, pause or discount out of range."""
         require_above_zero(ahead=self.ahead, speed=self.speed)
         require_not_negative(pause=self.pause)
         if not 0.0 <= self.discount < 1.0:

@@ -23,9 +23,12 @@ MAPS = MapSettings()
 
 @dataclass(frozen=True, eq=False)
 class GroundLayers:
-    """Layers (rows, cols) of a map. good: goodness × certainty, 0 where unknown. gradient: rise to east and north,
-    (rows, cols, 2), NaN where unknown. ages: [s] before the newest cell, 0 where the map does not say. around: how far
-    the wheels are from the middle of the rover [m]."""
+    """Layers (rows, cols) of a map that features are taken from.
+
+    good: goodness × certainty, 0 where unknown. gradient: rise to east and north, (rows, cols, 2), NaN where unknown.
+    ages: [s] before the newest cell, 0 where the map does not say. around: how far the wheels are from the middle of
+    the rover [m].
+    """
 
     geometry: GridGeometry
     good: Array
@@ -47,8 +50,10 @@ def ground_of(robot: Robot, dem: Dem) -> GroundLayers:
 def features_at(
     ground: GroundLayers, T_site_base: Array, onto: Array, current: str = WALK, refused: bool = False
 ) -> Features:
-    """Of the rover at T_site_base (4, 4) that goes straight on to x, y (2,) [m]: the ground under it from here to
-    there, as far around as its wheels are. Beyond the map nothing is known."""
+    """Features of the rover at T_site_base (4, 4) that goes straight on to x, y (2,) [m].
+
+    Those of the ground under it from here to there, as far around as its wheels are. Beyond the map nothing is known.
+    """
     here, lean = T_site_base[:2, 3], math.acos(min(1.0, max(-1.0, float(T_site_base[2, 2]))))
     way = np.asarray(onto, np.float64) - here
     length = float(np.hypot(*way))

@@ -34,8 +34,11 @@ WITHIN = 0.05
 
 @dataclass(frozen=True, eq=False)
 class Iteration:
-    """What came of it; plan: where it was found; state: of the rover after it. reason: why it was refused, or empty.
-    timed_out: whether the clock ended the search, so that it may not come out the same again."""
+    """What came of one iteration, and the plan by which it went.
+
+    plan: where it was found; state: of the rover after it. reason: why it was refused, or empty. timed_out: whether the
+    clock ended the search, so that it may not come out the same again.
+    """
 
     came: Came
     plan: Plan | None
@@ -79,8 +82,10 @@ def iterate(
 
 
 def mishap_of(check_name: str) -> str:
-    """What would have happened had a gait gone on where a check fails, one of MISHAPS; empty where it could not have
-    gone on: no footfall, no reach."""
+    """What would have happened had a gait gone on where a check fails, one of MISHAPS.
+
+    Empty where it could not have gone on: no footfall, no reach.
+    """
     return next((mishap for name, mishap in _MISHAPS.items() if check_name.startswith(name)), "")
 
 

@@ -26,8 +26,11 @@ class SeenTransition:
 
 @dataclass(frozen=True, eq=False)
 class Process:
-    """chances: (states, actions, states) of what comes after; rewards: (states, actions) expected; visits: (states,
-    actions), how often each was seen. An action that was never seen in a state can't be chosen there."""
+    """A Markov decision process as it was seen.
+
+    chances: (states, actions, states) of what comes after; rewards: (states, actions) expected; visits: (states,
+    actions), how often each was seen. An action that was never seen in a state can't be chosen there.
+    """
 
     chances: Array
     rewards: Array
@@ -41,8 +44,11 @@ class Process:
 
 @dataclass(frozen=True, eq=False)
 class Solved:
-    """values: (states,); action_values: (states, actions), −inf where an action can't be chosen; iterations: how many
-    sweeps. bound: no value is farther from the optimum than this."""
+    """What each state, and each action in it, is worth.
+
+    values: (states,); action_values: (states, actions), −inf where an action can't be chosen; iterations: how many
+    sweeps. bound: no value is farther from the optimum than this.
+    """
 
     values: Array
     action_values: Array

@@ -20,8 +20,10 @@ COMMANDED = (WAVE, WALK)
 
 
 def require_chooser(chooser: str, policy: GaitPolicy | None, robot: str) -> None:
-    """Raises InvalidInput where there is no such chooser, no table for it, or one that was made for another robot
-    (digest) or version."""
+    """Raises InvalidInput where there is no such chooser, or no table for it that fits.
+
+    One fits that was made for this robot (digest) and this version.
+    """
     if chooser not in CHOOSERS:
         raise InvalidInput(f"ways to go on are chosen by one of {', '.join(CHOOSERS)}", choose_by=chooser)
     if chooser != TABLE:

@@ -36,6 +36,7 @@ class GaitPolicy(Value):
     provenance: Provenance
 
     def check(self) -> None:
+        """Raises InvalidInput where a state or an action lacks its number, and for a state with no action to choose."""
         shape = (self.settings.space.size, len(self.actions))
         if self.action_values.shape != shape or self.visits.shape != shape:
             raise InvalidInput(f"a policy needs one number for each state and action, {shape[0]} × {shape[1]}")
@@ -75,8 +76,10 @@ def learned(seen: Sequence[SeenTransition], settings: ChoiceSettings, robot: str
 
 
 def require_made_for(policy: GaitPolicy, robot: str, settings: ChoiceSettings | None = None) -> None:
-    """Raises InvalidInput where a policy is of another version or robot (digest), or was learned with other settings
-    than ``settings``, if such are given."""
+    """Raises InvalidInput where a policy is of another version or robot (digest).
+
+    Also where it was learned with other settings than ``settings``, if such are given.
+    """
     if policy.version != VERSION or policy.actions != ACTIONS:
         raise InvalidInput(
             f"the policy is of version {policy.version} for {', '.join(policy.actions)}, this program reads version "

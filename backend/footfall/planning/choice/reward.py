@@ -11,9 +11,11 @@ MISHAPS = ("tip", "torque", "collision")
 
 @dataclass(frozen=True)
 class Came:
-    """What came of one iteration. distance: nearer to the goal [m]; support: mean over its foot moves of the area of
-    the polygon of the feet that stand [m²]; time: of its motion [s]; foot_moves: how many; mishap: one of MISHAPS, or
-    empty. refused: whether a check refused it, whichever; then the rover has stayed where it stood.
+    """What came of one iteration.
+
+    distance: nearer to the goal [m]; support: mean over its foot moves of the area of the polygon of the feet that
+    stand [m²]; time: of its motion [s]; foot_moves: how many; mishap: one of MISHAPS, or empty. refused: whether a
+    check refused it, whichever; then the rover has stayed where it stood.
     """
 
     distance: float = 0.0
@@ -26,8 +28,11 @@ class Came:
 
 @value
 class RewardWeights(Value):
-    """What is won with a metre, and with a metre over a square metre of support; what is lost with a second, with an
-    iteration that is refused, and with a mishap beyond that."""
+    """What is won and lost with an iteration.
+
+    Won: with a metre of distance, and with a metre over a square metre of support. Lost: with a second, with an
+    iteration that is refused, and with a mishap beyond that.
+    """
 
     distance: float = 1.0
     support: float = 0.01
@@ -36,6 +41,7 @@ class RewardWeights(Value):
     mishap: float = 0.5
 
     def check(self) -> None:
+        """Raises InvalidInput for a weight that is negative."""
         require_not_negative(
             distance=self.distance,
             support=self.support,

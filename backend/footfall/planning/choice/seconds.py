@@ -8,7 +8,9 @@ from footfall.robot.model import Robot
 
 
 def seconds_of(robot: Robot, plan: GaitPlan | WalkPlan, settings: ChoiceSettings) -> float:
-    """By planned joint motion at the share of speed that settings have, with what is waited from one foot move to the
-    next [s]; how the rover sags is not in it."""
+    """How long a plan takes [s], by its joints' motion at the share of speed that settings have.
+
+    With what is waited from one foot move to the next; how the rover sags is not in it.
+    """
     moving = float(durations(robot, plan.waypoints, plan.phases, settings.speed).sum())
     return moving + settings.pause * len(plan.groups)

@@ -19,10 +19,12 @@ CLASSED = ("traversability", "slope_ahead", "lean", "age")
 
 @dataclass(frozen=True)
 class Features:
-    """traversability: least under the rover and where it goes next, 0…1, unknown ground 0. slope_ahead: rise of the
-    ground along the way [rad], uphill positive. lean: of the chassis from level [rad]. age: of the oldest ground there
-    [s], 0 where the map does not say. current: one of ACTIONS, that of the iteration before; refused: whether a check
-    refused that. A rover that has not gone yet stands as after a walk.
+    """What a choice goes by.
+
+    traversability: least under the rover and where it goes next, 0…1, unknown ground 0. slope_ahead: rise of the ground
+    along the way [rad], uphill positive. lean: of the chassis from level [rad]. age: of the oldest ground there [s], 0
+    where the map does not say. current: one of ACTIONS, that of the iteration before; refused: whether a check refused
+    that. A rover that has not gone yet stands as after a walk.
     """
 
     traversability: float
@@ -35,8 +37,10 @@ class Features:
 
 @value
 class StateSpace(Value):
-    """Limits between the classes of each feature, rising; a number at a limit is of the class above it. Without limits
-    a feature counts for nothing."""
+    """Limits between the classes of each feature, rising; a number at a limit is of the class above it.
+
+    Without limits a feature counts for nothing.
+    """
 
     traversability: tuple[float, ...] = (0.05, 0.15, 0.25, 0.5)
     slope_ahead: tuple[float, ...] = ()
@@ -44,6 +48,7 @@ class StateSpace(Value):
     age: tuple[float, ...] = ()
 
     def check(self) -> None:
+        """Raises InvalidInput for limits that don't rise or are not finite."""
         for name in CLASSED:
             limits = getattr(self, name)
             if not all(math.isfinite(limit) for limit in limits) or any(a >= b for a, b in pairwise(limits)):

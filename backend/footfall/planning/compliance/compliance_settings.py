@@ -24,6 +24,7 @@ class ComplianceSettings(Value):
     balance: BalanceSettings = field(default_factory=BalanceSettings)
 
     def check(self) -> None:
+        """Raises InvalidInput for a factor on the stiffnesses that is too small or too large."""
         for name in ("joint_scale", "wheel_scale"):
             if not 1 / WIDEST <= getattr(self, name) <= WIDEST:
                 raise InvalidInput(

@@ -30,9 +30,11 @@ _STIFFENED = 1.0
 
 
 class Body(NamedTuple):
-    """The rover's constants. lengths: (legs, 5); hips: (legs, 4, 4), T_base_hip; masses [kg]: (legs, 6) and
-    levers [m]: (legs, 6, 3) of the links; chassis and payload: mass [kg], center (3,) in base [m].
-    stiffness: (legs × 6,) [N·m/rad]; wheel_stiffness [N/m]; radius [m]; rolled: radius it rolls on [m]; friction.
+    """The rover's constants.
+
+    lengths: (legs, 5); hips: (legs, 4, 4), T_base_hip; masses [kg]: (legs, 6) and levers [m]: (legs, 6, 3) of the
+    links; chassis and payload: mass [kg], center (3,) in base [m]. stiffness: (legs × 6,) [N·m/rad]; wheel_stiffness
+    [N/m]; radius [m]; rolled: radius it rolls on [m]; friction.
     """
 
     lengths: Array

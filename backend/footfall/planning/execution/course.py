@@ -54,6 +54,7 @@ class Course:
 
     @property
     def commanded(self) -> Array:
+        """Set points of the joints at each waypoint, (n, legs × 6) [rad]."""
         return np.array([rest.commanded for rest in self.rests])
 
 
@@ -175,18 +176,22 @@ class AsCommanded(Commander):
     """The plan's postures are the set points, before and after them the deflection that the loaded leg had."""
 
     def unload(self) -> None:
+        """Commands the posture of the plan's first waypoint, without the deflection that the leg had."""
         self._leg_to(self.plan.waypoints[0][self.own], "unload")
 
     def carry(self, i: int) -> None:
+        """Commands the planned posture of sample ``i``."""
         self._leg_to(self.postures[i][self.own], self.phases[i])
 
     def lowest(self) -> Array:
+        """Set points (6,) [rad] that put the hub as deep as a wheel may be asked for; raises Lost out of reach."""
         q = with_hub_at(self.robot, self.leg, self.postures[-1], self.T_plan, self.deepest)
         if q is None:
             raise Lost(f"leg {self.leg} can't reach {self.settings.overshoot:g} m below the planned contact")
         return q
 
     def load(self) -> None:
+        """Commands the plan's last posture with the deflection that the loaded leg had at first."""
         deflection = self.start.commanded[self.own] - self.plan.waypoints[0][self.own]
         self._leg_to(self.plan.waypoints[-1][self.own] + deflection, "load")
 
@@ -200,6 +205,10 @@ class DroopAware(AsCommanded):
     """The swing leg alone is commanded, so that its hub is where it was planned while the chassis sags."""
 
     def unload(self) -> None:
+        """Commands the swing leg so that its hub is where the plan begins, the chassis having sagged.
+
+        Raises Lost where nothing holds the rover then.
+        """
         walker, hub = self.walker, self.hubs[0]
         target = self.start.commanded.copy()
         end = self.start
@@ -211,6 +220,7 @@ class DroopAware(AsCommanded):
         walker.line(target, "unload")
 
     def carry(self, i: int) -> None:
+        """Commands the swing leg so that its hub is where sample ``i`` has it, wherever the chassis sags to."""
         walker = self.walker
         target, end = walker.rest.commanded.copy(), walker.rest
         near = self.postures[i]
@@ -222,6 +232,7 @@ class DroopAware(AsCommanded):
         walker.go(target, self.phases[i])
 
     def lowest(self) -> Array:
+        """Set points (6,) [rad] that put the hub under its goal, seen from where the chassis has sagged to."""
         return self.beyond_goal(self.walker.rest.T_site_base, self.walker.rest.posture)
 
     def beyond_goal(self, T_site_base: Array, posture: Array) -> Array:
@@ -237,6 +248,7 @@ class DroopAware(AsCommanded):
         return origin + (height + self.settings.overshoot) / height * (touching - origin)
 
     def load(self) -> None:
+        """Commands the swing leg as springs would have it with all wheels bearing the chassis at its planned pose."""
         forces = self.standing_forces()
         strains = np.zeros_like(forces)
         strains[self.leg] = self.higher - forces[self.leg] / self.rover.wheel_stiffness
@@ -255,6 +267,7 @@ class PoseHeld(DroopAware):
     """
 
     def unload(self) -> None:
+        """Commands all legs, in rows, so that the swing leg's force goes over to the others at the same pose."""
         self._posture, self._forces = self.start.posture.copy(), self.start.forces.copy()
         swing, eased = self.start.forces[self.leg], self._eased()
         for row in range(1, SHARES + 1):
@@ -267,6 +280,7 @@ class PoseHeld(DroopAware):
             self._command("unload")
 
     def carry(self, i: int) -> None:
+        """Commands all legs so that the hub is where sample ``i`` has it; raises Lost where the leg can't reach it."""
         q = with_hub_at(self.robot, self.leg, _with(self._posture, self.postures[i], self.own), self._T, self.hubs[i])
         if q is None:
             raise Lost(f"leg {self.leg} can't reach where its wheel is planned to be")
@@ -276,9 +290,11 @@ class PoseHeld(DroopAware):
         self._command(self.phases[i])
 
     def lowest(self) -> Array:
+        """Set points (6,) [rad] that put the hub under its goal, with the chassis at the pose that is held."""
         return self.beyond_goal(self._T, self._posture)
 
     def load(self) -> None:
+        """Commands all legs, in rows, so that the leg that came down takes up its share of the weight again."""
         posture = _with(self._posture, self.postures[-1], self.own)
         strains = np.zeros_like(self._forces)
         strains[self.leg] = self.higher

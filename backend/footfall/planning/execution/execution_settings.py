@@ -61,6 +61,7 @@ class ExecutionSettings(Value):
     compliance: ComplianceSettings = field(default_factory=ComplianceSettings)
 
     def check(self) -> None:
+        """Raises InvalidInput for an unknown mode, and for lengths, shares and times out of range."""
         if self.mode not in MODES:
             raise InvalidInput(f"mode is one of {', '.join(MODES)}", mode=self.mode)
         for name in ("most_lift", "largest_offset", "stop_share", "overshoot"):

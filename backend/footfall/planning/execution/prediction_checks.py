@@ -52,7 +52,6 @@ def checks_of(
     robot: Robot, done: Execution, rests: Sequence[RestingRover], body: WholeBody, settings: ExecutionSettings
 ) -> tuple[Check, ...]:
     """Every check of an execution; rests: where the rover is predicted to be, n of them."""
-
     where = _where(done)
     swings = np.flatnonzero([phase == "swing" for phase in done.phases])
     supports = [leg for leg in robot.legs if leg != done.leg]

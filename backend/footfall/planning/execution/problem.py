@@ -98,6 +98,7 @@ class ExecutionResult(Value):
     provenance: Provenance
 
     def check(self) -> None:
+        """Raises InvalidInput where status FOUND comes without an execution."""
         require_execution(self.status, self.execution)
 
 
@@ -139,6 +140,7 @@ class BodyExecutionResult(Value):
     provenance: Provenance
 
     def check(self) -> None:
+        """Raises InvalidInput where status FOUND comes without an execution."""
         require_execution(self.status, self.execution)
 
 

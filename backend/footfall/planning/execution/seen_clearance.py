@@ -57,8 +57,10 @@ class SeenClearance:
 
 @dataclass(frozen=True)
 class Foreseen:
-    """clearance [m] that was predicted for some set points; less: by how much less with springs softer by the tolerance
-    of the prediction, None where that rover would not stand.
+    """A clearance [m] that was predicted for some set points.
+
+    less: by how much less with springs softer by the tolerance of the prediction, None where that rover would not
+    stand.
     """
 
     clearance: float

@@ -61,6 +61,7 @@ class GaitSettings(Value):
     raise_terrain: float = 0.05
 
     def check(self) -> None:
+        """Raises InvalidInput for an unknown gait, a stride or tolerance out of range, and what no walk can have."""
         if self.gait not in GAITS:
             raise InvalidInput(f"gait is one of {', '.join(GAITS)}", gait=self.gait)
         require_above_zero(stride=self.stride)
@@ -148,6 +149,7 @@ class GaitPlan(CheckedMotion):
     provenance: Provenance
 
     def check(self) -> None:
+        """Raises InvalidInput where waypoints lack something, and unless there is one stance more than foot moves."""
         self.require_complete("a gait")
         if len(self.stances) != len(self.groups) + 1:
             raise InvalidInput("a gait of m foot moves has m + 1 stances")
@@ -201,4 +203,5 @@ class GaitResult(Value):
     provenance: Provenance
 
     def check(self) -> None:
+        """Raises InvalidInput where a plan comes without the status for it, or is missing."""
         require_answer(self.status, self.plan)

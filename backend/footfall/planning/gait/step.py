@@ -24,8 +24,11 @@ UNITS = {LEG: "m or rad", MARGIN: "m", NEAR: "m", TORQUE: "of the limit"}
 
 @dataclass(frozen=True, eq=False)
 class Swung:
-    """How some legs go from footfall to footfall: postures (n, legs × 6), the first where they stood; phases, margins
-    [m] and torques (n,), the worst since the row before."""
+    """How some legs go from footfall to footfall.
+
+    postures (n, legs × 6), the first where they stood; phases, margins [m] and torques (n,), the worst since the row
+    before.
+    """
 
     legs: tuple[int, ...]
     postures: Array

@@ -38,8 +38,11 @@ SPARE = 0.1
 
 
 class Ease(NamedTuple):
-    """q: (joints,); soles: (legs, 3) their centres in base [m]; stroke: half of how far each foot gets [m]; apart:
-    pairs of bodies with the clearances that this stance allows."""
+    """A robot that stands at ease.
+
+    q: (joints,); soles: (legs, 3) their centres in base [m]; stroke: half of how far each foot gets [m]; apart: pairs
+    of bodies with the clearances that this stance allows.
+    """
 
     q: Array
     soles: Array
@@ -52,8 +55,11 @@ class Ease(NamedTuple):
 
 
 class _Choice(NamedTuple):
-    """A place of one foot: posture of the leg, its stroke as a share of the leg; how far from the best place [m], and
-    how far the joints are from the middle [rad]."""
+    """A place of one foot.
+
+    q: posture of the leg; stroke: its stroke as a share of the leg; off: how far from the best place [m]; turned: how
+    far the joints are from the middle [rad].
+    """
 
     q: Array
     stroke: float
@@ -63,8 +69,11 @@ class _Choice(NamedTuple):
 
 @lru_cache(maxsize=8)
 def at_ease(robot: LeggedRobot) -> Ease:
-    """Raises InvalidRobot where the posture named "stand", or without one every height of the chassis, leaves a foot
-    without a stroke or bodies touching."""
+    """How a robot stands at ease on level ground: in the posture named "stand", or as high as suits its feet best.
+
+    Raises InvalidRobot where that posture, or without one every height of the chassis, leaves a foot without a stroke
+    or bodies touching.
+    """
     apart = BodyPairs(robot)
     if POSTURE in robot.postures:
         q = robot.posture(POSTURE)

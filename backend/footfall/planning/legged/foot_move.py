@@ -126,6 +126,7 @@ def chassis_way(ground: Ground, state: LeggedState, T_site_base: Array, tally: T
 
 
 def plan_of(samples: list[Sample], moves: list[int], start: LeggedState, end: LeggedState) -> LeggedPlan:
+    """The plan of samples in order; moves: the leg of each foot move; start, end: the states before and after."""
     return LeggedPlan(
         np.array([one.q for one in samples]),
         np.array([one.T_site_base for one in samples]),

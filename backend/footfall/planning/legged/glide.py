@@ -44,6 +44,7 @@ class Feet(NamedTuple):
 
 
 def feet_of(state: LeggedState) -> Feet:
+    """The feet as a state has them, soles and contacts (legs, 3) in site [m]."""
     return Feet(state.soles, state.contacts)
 
 

@@ -200,8 +200,10 @@ class _Cells:
 def _step_to(
     ground: Ground, state: LeggedState, leg: int, target: Rest, ready: _Begun
 ) -> tuple[Tally, dict[str, tuple[float, str]]] | Refusal:
-    """The margins of the foot's whole way from a pose and of where it ends, or what refuses it: the end is asked first,
-    as it is what most tries fail at."""
+    """The margins of the foot's whole way from a pose and of where it ends, or what refuses it.
+
+    The end is asked first, as it is what most tries fail at.
+    """
     own = Tally()
     own.merge(ready.margins)
     way = list(foot_way(ground, leg, target, ready.sample))

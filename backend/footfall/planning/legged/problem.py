@@ -13,8 +13,10 @@ PHASES = ("body", "lift", "swing", "lower")
 
 @value
 class LeggedSettings(Value):
-    """least_margin: of the centre of mass to the support polygon, a share of the longest leg. conservative: with all
-    feet on the ground that polygon must survive the loss of any one of them; four feet have none, so it is for six.
+    """What steps and walks of a robot that others described keep to.
+
+    least_margin: of the centre of mass to the support polygon, a share of the longest leg. conservative: with all feet
+    on the ground that polygon must survive the loss of any one of them; four feet have none, so it is for six.
 
     most_effort: largest share of a joint's limit. stride: how far a foot goes in one foot move, a share of the stroke
     of the stance at ease. lift: of a swing over the ground under it, a share of the longest leg. steepest: slope under
@@ -30,6 +32,7 @@ class LeggedSettings(Value):
     time_limit: float = 300.0
 
     def check(self) -> None:
+        """Raises InvalidInput for a margin, lift, slope or time out of range, and shares not above 0 and at most 1."""
         require_distances(least_margin=self.least_margin)
         require_above_zero("s", time_limit=self.time_limit)
         require_above_zero(lift=self.lift, steepest=self.steepest)
@@ -52,6 +55,7 @@ class LeggedState(Value):
     normals: NDArray[np.float64]
 
     def check(self) -> None:
+        """Raises InvalidInput for feet that lack numbers, and for numbers that are not finite."""
         if not self.soles.shape == self.contacts.shape == self.normals.shape or self.soles.shape[1:] != (3,):
             raise InvalidInput("soles, contacts and normals need three numbers for each leg")
         if not all(np.isfinite(part).all() for part in (self.q, self.T_site_base, self.soles)):
@@ -76,6 +80,7 @@ class LeggedPlan(Value):
     end: LeggedState
 
     def check(self) -> None:
+        """Raises InvalidInput for waypoints that lack a pose, phase or leg, and for an unknown phase."""
         if not len(self.waypoints) == len(self.Ts_site_base) == len(self.phases) == len(self.legs):
             raise InvalidInput("a pose, a phase and a leg are needed for each waypoint")
         if not set(self.phases) <= set(PHASES):

@@ -134,8 +134,10 @@ class WholeCheck:
 
 
 class Tally:
-    """The least margin of each check over many configurations that held, what refused others, how often, and by how
-    little at best."""
+    """The least margin of each check over many configurations that held, and what refused others.
+
+    Of what refused also how often, and by how little at best.
+    """
 
     def __init__(self) -> None:
         self.least: dict[str, tuple[float, str]] = {}
@@ -143,25 +145,30 @@ class Tally:
         self.nearest: dict[str, tuple[float, str]] = {}
 
     def take(self, margins: dict[str, tuple[float, str]], when: str) -> None:
+        """Keeps the least margin of each check of one configuration that held; ``when`` is told with it."""
         for name, (size, where) in margins.items():
             if name not in self.least or size < self.least[name][0]:
                 self.least[name] = size, f"{when}: {where}"
 
     def merge(self, other: "Tally") -> None:
+        """Keeps the least margins of another tally, too; what refused there is not taken over."""
         for name, (size, where) in other.least.items():
             if name not in self.least or size < self.least[name][0]:
                 self.least[name] = size, where
 
     def refuse(self, refusal: Refusal) -> None:
+        """Counts what refused one configuration, and keeps by how little at best."""
         self.refused[refusal.name] = self.refused.get(refusal.name, 0) + 1
         if refusal.name not in self.nearest or refusal.margin > self.nearest[refusal.name][0]:
             self.nearest[refusal.name] = refusal.margin, refusal.where
 
     def checks(self) -> tuple[Check, ...]:
+        """The checks that held, each with its least margin; NaN where it is not finite."""
         return tuple(
             Check(name, True, size if np.isfinite(size) else float("nan"), UNITS[name], where)
             for name, (size, where) in self.least.items()
         )
 
     def most_refused(self) -> tuple[tuple[str, int], ...]:
+        """What refused, and how often, the most frequent first."""
         return tuple(sorted(self.refused.items(), key=lambda one: (-one[1], one[0])))

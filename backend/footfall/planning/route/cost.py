@@ -116,8 +116,9 @@ def _slope(mean: Array, some: Array, axis: int) -> Array:
 
 
 def marked_off(geometry: GridGeometry, settings: RouteSettings) -> NDArray[np.bool_]:
-    """Cells that the operator keeps the chassis off: any part of them in a no-go area, and, where there are corridors,
-    their middle beside all of those.
+    """Cells that the operator keeps the chassis off.
+
+    Any part of them lies in a no-go area, or, where there are corridors, their middle beside all of those.
     """
     x, y = np.meshgrid(geometry.xs, geometry.ys)
     off = np.full(geometry.shape, bool(settings.corridors))

@@ -99,7 +99,8 @@ class FeasibleGround(Value):
 class LookForFootfalls(Protocol):
     """What makes feasible traversability of a map: ``feasible_ground``, or what knows that of an earlier one."""
 
-    def __call__(self, robot: Robot, dem: Dem, settings: RouteSettings, progress: Progress, /) -> FeasibleGround: ...
+    def __call__(self, robot: Robot, dem: Dem, settings: RouteSettings, progress: Progress, /) -> FeasibleGround:
+        """As :func:`feasible_ground`."""
 
 
 def feasible_ground(

@@ -97,7 +97,7 @@ def _settle(corners: Records, queue: Records, numbers: Floats, here: Floats, cor
 
 @njit()
 def _anew(corners: Records, steps: Steps, ends: Floats, corner: int) -> None:
-    """rhs of a corner from all its pairs; ends: (m, 2) the corners beside the goal and what they cost."""
+    """Sets rhs of a corner anew from all its pairs; ends: (m, 2) the corners beside the goal and what they cost."""
     least, best = math.inf, NONE
     for i in range(len(ends)):
         if ends[i, 0] == corner:

@@ -25,6 +25,7 @@ class NoGo(Value):
     radius: float
 
     def check(self) -> None:
+        """Raises InvalidInput for a place that is not finite, and for a radius that is not above zero."""
         if not np.isfinite([self.x, self.y]).all():
             raise InvalidInput("a no-go area needs finite x and y [m]")
         require_above_zero(radius=self.radius)
@@ -41,6 +42,7 @@ class Corridor(Value):
     beside: float
 
     def check(self) -> None:
+        """Raises InvalidInput for ends that are not finite, and for a width that is not above zero."""
         if not np.isfinite([self.x, self.y, self.to_x, self.to_y]).all():
             raise InvalidInput("a corridor needs finite ends [m]")
         require_above_zero(beside=self.beside)
@@ -78,6 +80,7 @@ class RouteSettings(Value):
     together: bool = field(default=False, metadata=LATER)
 
     def check(self) -> None:
+        """Raises InvalidInput for numbers out of range, an unknown cost, and turns that its cost can't count."""
         require_above_zero(resolution=self.resolution, worst=self.worst, highest=self.highest)
         if self.worst > 1:
             raise InvalidInput("the worst ground that is allowed has a goodness of at most 1", worst=self.worst)
@@ -112,6 +115,7 @@ class CostGrid(Value):
     provenance: Provenance
 
     def check(self) -> None:
+        """Raises InvalidInput unless each cell has a cost of at least 1 a metre."""
         if self.costs.shape != self.geometry.shape or not (self.costs >= 1.0).all():
             raise InvalidInput("a grid of costs has one for each cell, at least 1 a metre")
 
@@ -130,6 +134,7 @@ class Route(Value):
     headings: NDArray[np.float64] | None = field(default=None, metadata=LATER)
 
     def check(self) -> None:
+        """Raises InvalidInput unless there is one heading for each straight piece, or none at all."""
         if self.headings is not None and len(self.headings) != len(self.points) - 1:
             raise InvalidInput("a route of n points has n − 1 headings, or none")
 
@@ -155,4 +160,5 @@ class RouteResult(Value):
     cut_off: tuple[float, ...] = ()
 
     def check(self) -> None:
+        """Raises InvalidInput where a route comes without the status for it, or is missing."""
         require_answer(self.status, self.plan)

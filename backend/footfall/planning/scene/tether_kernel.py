@@ -26,8 +26,10 @@ _ON_HULL = 0.001
 
 
 class TetherTables(NamedTuple):
-    """line: (1, 9) anchor in site, attachment in base, clearance, length that may lie on the ground, longest [m]; no
-    row: there is no tether.
+    """A tether, the leg's parts and the chassis as numbers.
+
+    line: (1, 9) anchor in site, attachment in base, clearance, length that may lie on the ground, longest [m]; no row:
+    there is no tether.
 
     capsules: (7, 7) of a leg's parts, in the part's frame: both ends, radius [m]. walls: (k, 4) the planes of the
     chassis' hull in base: outward normal, offset [m]. highest: (rows, cols) what no ground is above that is nearer to

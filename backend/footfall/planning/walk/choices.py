@@ -69,8 +69,10 @@ class WayAhead:
 
 
 def way_ahead(robot: Robot, dem: Dem, state: RobotState, through: Array, settings: WalkSettings) -> WayAhead | None:
-    """Of a rover that goes on through places (n, 2) of the chassis and faces as it does now; None where no ground at
-    all is known."""
+    """The way ahead of a rover that goes on through places (n, 2) of the chassis and faces as it does now.
+
+    None where no ground at all is known.
+    """
     T_site_base = state.T_site_base
     low, high = _corners(through)
     whole = without_holes_between(dem, low - BESIDE, high + BESIDE, np.zeros((0, 3)))

@@ -60,8 +60,10 @@ def roughness_under(dem: Dem, places: Footfalls, radius: float) -> Array:
 
 
 def oldest_under(dem: Dem, places: Array, radius: float) -> Array:
-    """By how much the oldest ground within ``radius`` [m] of places (n, 3) was measured before the newest of the map,
-    (n,) [s]; 0 where nothing says."""
+    """How much older the oldest ground within ``radius`` [m] of places (n, 3) is than the newest of the map, (n,) [s].
+
+    0 where nothing says.
+    """
     return _most_under(dem, ages(dem), places, radius)
 
 

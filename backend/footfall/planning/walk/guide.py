@@ -34,6 +34,7 @@ class Guide:
 
     @property
     def length(self) -> float:
+        """How long the way is [m]."""
         return float(self.ways[-1])
 
     def at(self, way: float) -> Array:
@@ -67,7 +68,7 @@ def guide(dem: Dem, begin: Array, end: Array, footprint: Footprint, through: Arr
 
 
 def spread(radius: float, count: int) -> tuple[Array, Array]:
-    """x and y (count,) [m] of places spread evenly over a disc of radius [m], after Vogel's sunflower."""
+    """Coordinates x and y (count,) [m] of places spread evenly over a disc of radius [m], after Vogel's sunflower."""
     number = np.arange(count) + 0.5
     away, angle = radius * np.sqrt(number / count), number * math.pi * (3.0 - math.sqrt(5.0))
     return away * np.cos(angle), away * np.sin(angle)

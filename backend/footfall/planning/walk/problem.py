@@ -55,6 +55,7 @@ class WalkGoal(Value):
     turned: float = 0.15
 
     def check(self) -> None:
+        """Raises InvalidInput for a place or heading that is not finite, and for a nearness that is not above zero."""
         if not np.isfinite([self.x, self.y]).all() or (self.yaw is not None and not np.isfinite(self.yaw)):
             raise InvalidInput("a goal needs finite x and y [m], and a finite yaw [rad] or none")
         require_above_zero(within=self.within, turned=self.turned)
@@ -82,6 +83,7 @@ class Place(Value):
     leg: int | None = None
 
     def check(self) -> None:
+        """Raises InvalidInput for a place that is not finite, and for a radius that is not above zero."""
         if not np.isfinite([self.x, self.y]).all():
             raise InvalidInput("a place needs finite x and y [m]")
         require_above_zero(radius=self.radius)
@@ -102,6 +104,7 @@ class FootfallCosts(Value):
     deviation: float = 0.0
 
     def check(self) -> None:
+        """Raises InvalidInput for a cost that is negative."""
         require_not_negative(slope=self.slope, roughness=self.roughness, age=self.age, deviation=self.deviation)
 
 
@@ -156,6 +159,7 @@ class WalkSettings(Value):
         )
 
     def check(self) -> None:
+        """Raises InvalidInput for an unknown kind of support, and for numbers out of range."""
         if self.support not in SUPPORTS:
             raise InvalidInput(f"support is one of {', '.join(SUPPORTS)}", support=self.support)
         require_above_zero(
@@ -211,6 +215,7 @@ class Tethered(Value):
     pulls: NDArray[np.float64]
 
     def check(self) -> None:
+        """Raises InvalidInput for a normal that is not of length 1, and where a waypoint lacks its length or pull."""
         if self.up.shape != (3,) or not abs(float(np.linalg.norm(self.up)) - 1.0) < 1e-6:
             raise InvalidInput("the normal of a tethered walk's slope needs three numbers, of length 1")
         if self.lengths.ndim != 1 or self.lengths.shape != self.pulls.shape:
@@ -245,6 +250,7 @@ class WalkPlan(CheckedMotion):
     tethered: Tethered | None = field(default=None, metadata=LATER)
 
     def check(self) -> None:
+        """Raises InvalidInput where waypoints lack something, and unless there is one stance more than foot moves."""
         if self.tethered is not None and len(self.tethered.lengths) != len(self.waypoints):
             raise InvalidInput("every waypoint of a tethered walk needs a length and a pull")
         self.require_complete("a walk")
@@ -263,8 +269,10 @@ class WalkPlan(CheckedMotion):
 
     @property
     def paid_out(self) -> NDArray[np.float64]:
-        """What the tether gets longer in each foot move, and in what is after the last, (m + 1,) [m]; less than zero
-        is hauled in, and without a tether there is nothing."""
+        """What the tether gets longer in each foot move, and in what is after the last, (m + 1,) [m].
+
+        Less than zero is hauled in, and without a tether there is nothing.
+        """
         out = np.zeros(self.foot_moves + 1)
         if self.tethered is not None:
             np.add.at(out, self.moves[1:], np.diff(self.tethered.lengths))
@@ -320,4 +328,5 @@ class WalkResult(Value):
     smoothed: Smoothed | None = field(default=None, metadata=LATER)
 
     def check(self) -> None:
+        """Raises InvalidInput where a plan comes without the status for it, or is missing."""
         require_answer(self.status, self.plan)

@@ -51,8 +51,9 @@ def reaches(world: World, way: Guide, places: Footfalls) -> tuple[FootfallReach,
 def steps_onto(
     leg: int, reach: FootfallReach, places: Footfalls, foot: Array, settings: WalkSettings
 ) -> NDArray[np.int64]:
-    """Numbers of the footfalls that a leg may ever stand on, whose foot stands at ``foot`` (2,): it reaches them, they
-    are not forbidden to it, and its foot comes there by moves that are not too long.
+    """Numbers of the footfalls that a leg may ever stand on, whose foot stands at ``foot`` (2,).
+
+    It reaches them, they are not forbidden to it, and its foot comes there by moves that are not too long.
     """
     xy = places.contacts[:, :2]
     rows = np.flatnonzero(np.isfinite(reach.low) & ~forbidden_to(leg, xy, settings.forbidden))

@@ -162,10 +162,10 @@ class Search:
         return None
 
     def out_of_reach(self) -> tuple[int, float] | None:
-        """A leg that comes to no footfall on which it stands with the chassis at the goal, and how much of the way is
-        left where it has its last [m]; None where every leg comes to one.
+        """A leg that comes to no footfall on which it stands with the chassis at the goal.
 
-        Without it no stance ends the search, whatever is tried.
+        And how much of the way is left where it has its last [m]; None where every leg comes to one. Without it no
+        stance ends the search, whatever is tried.
         """
         end, worst = self.guide.length, None
         for leg, reach in enumerate(self._reaches):
@@ -230,11 +230,11 @@ class Search:
         return not self._barred[leg][place]
 
     def _detours_of(self, leg: int, low: float, high: float) -> Array:
-        """What a leg has left of the way from each footfall, and last from where it stands, with that span, by the foot
-        moves that lead to the end at least, (n + 1,) [m].
+        """What a leg has left of the way by the foot moves that lead to the end at least, (n + 1,) [m].
 
-        A foot may have to go aside, or back, before it gets on: by spans alone a search comes to where there is no way
-        on, and tries all that the other feet can do. The first attempt goes by spans alone.
+        That is from each footfall, and last from where it stands, with that span. A foot may have to go aside, or back,
+        before it gets on: by spans alone a search comes to where there is no way on, and tries all that the other feet
+        can do. The first attempt goes by spans alone.
         """
         reach = self._reaches[leg]
         out = np.zeros(len(reach.low) + 1)

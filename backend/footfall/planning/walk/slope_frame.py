@@ -46,6 +46,7 @@ class SlopeFrame:
 
     @cached_property
     def R_site_slope(self) -> Array:
+        """Rotation (3, 3) that takes the slope's frame to the site."""
         c, s = math.cos(self.downhill), math.sin(self.downhill)
         turned = np.array([[c, -s, 0.0], [s, c, 0.0], [0.0, 0.0, 1.0]])
         ct, st = math.cos(self.steep), math.sin(self.steep)
@@ -88,9 +89,11 @@ class SlopeFrame:
         return points @ self.R_site_slope.T
 
     def poses_to_slope(self, Ts: Array) -> Array:
+        """Poses (n, 4, 4) of the site as the slope's frame has them."""
         return transform(self.R_site_slope.T) @ Ts
 
     def poses_to_site(self, Ts: Array) -> Array:
+        """Poses (n, 4, 4) of the slope's frame as the site has them."""
         return transform(self.R_site_slope) @ Ts
 
     def seated(self, contacts: Array, radius: float) -> tuple[Array, Array]:

@@ -66,6 +66,7 @@ class Cost:
         self._height = height if posture is None else height_above_feet(world.robot, world.robot.posture(posture))
 
     def weights(self, checks: Checks) -> Weights:
+        """What the kernels weigh by, with what is enough room for this rover."""
         asked = self._asked
         return Weights(
             asked.way,
@@ -104,6 +105,7 @@ class Cost:
         )
 
     def figures(self, way: Way) -> WalkFigures:
+        """What a way costs, and the figures that this comes of."""
         bodies = [*(moved.body for moved in way.moves), way.closing]
         numbers = range(len(bodies))
         margins, torques = zip(*(_tightest(way, number) for number in numbers), strict=True)

@@ -10,8 +10,9 @@ MOST_ROUNDS = 20
 
 @value
 class Smoothing(Value):
-    """How a walk that was found is made better. rounds: how often each pose of the chassis is looked at again; 0: the
-    walk stays as found.
+    """How a walk that was found is made better.
+
+    rounds: how often each pose of the chassis is looked at again; 0: the walk stays as found.
 
     posture: of the robot description, whose height of the chassis above its feet the walk is to come near (``stand``,
     ``crouch``, ``tall``); None: the height that the walk is planned for.
@@ -33,6 +34,7 @@ class Smoothing(Value):
     nominal: float = 0.3
 
     def check(self) -> None:
+        """Raises InvalidInput for too many rounds, and for a cost that is negative."""
         if not 0 <= self.rounds <= MOST_ROUNDS:
             raise InvalidInput(f"a walk is smoothed in 0 to {MOST_ROUNDS} rounds", rounds=self.rounds)
         require_not_negative(

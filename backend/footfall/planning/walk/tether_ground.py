@@ -16,11 +16,10 @@ LOOKED_AT = 0.05
 
 
 def unknown_under(dem: Dem, tether: Tether, Ts_site_base: Array) -> tuple[Check, ...]:
-    """Unknown ground under the tether of a chassis at poses (n, 4, 4), except where it may lie by its
-    anchor; nothing where all is known.
+    """Unknown ground under the tether of a chassis at poses (n, 4, 4); nothing where all is known.
 
-    Never a reason to refuse, but to be told, as it is of a leg's way: holes are planned over as if they were as high as
-    their highest known neighbour.
+    Where the tether may lie by its anchor is not looked at. Never a reason to refuse, but to be told, as it is of a
+    leg's way: holes are planned over as if they were as high as their highest known neighbour.
     """
     poses, under, unknown = np.asarray(Ts_site_base, float), 0, []
     for T, length in zip(poses, tether.lengths(poses), strict=True):

@@ -48,10 +48,11 @@ _UNDER = 48
 
 @dataclass(frozen=True, eq=False)
 class TravelCost:
-    """contacts: (n, 3) where feet may be put, about ``spacing`` apart [m], and costs: (n,) of that, in foot moves;
-    begin, end: (3,) x, y, yaw of the chassis.
+    """What it costs to travel from one place to another over footfalls.
 
-    Its heading goes evenly from the one to the other beside the straight way between them.
+    contacts: (n, 3) where feet may be put, about ``spacing`` apart [m], and costs: (n,) of that, in foot moves; begin,
+    end: (3,) x, y, yaw of the chassis. Its heading goes evenly from the one to the other beside the straight way
+    between them.
     """
 
     robot: Robot

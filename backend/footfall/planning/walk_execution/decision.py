@@ -21,7 +21,9 @@ class Act(Enum):
 
 @value
 class WayOnSettings(Value):
-    """foot_moves: that are carried out between two decisions. look_every: a look after so many; 0: only where one is
+    """How a walk in a closed loop goes on.
+
+    foot_moves: that are carried out between two decisions. look_every: a look after so many; 0: only where one is
     needed. least_margin: of the centre of mass to the polygon of the feet that stand, now and in the foot moves that
     are next [m]. most_torque: largest share of a joint's torque limit in those. most_anew: how often it is planned anew
     with no foot move between.
@@ -34,6 +36,7 @@ class WayOnSettings(Value):
     most_anew: int = 5
 
     def check(self) -> None:
+        """Raises InvalidInput for a count or torque that is not above zero, and a look or margin below it."""
         require_above_zero(foot_moves=self.foot_moves, most_torque=self.most_torque, most_anew=self.most_anew)
         require_not_negative(look_every=self.look_every, least_margin=self.least_margin)
 
@@ -48,11 +51,13 @@ class WayOn(Value):
 
 @dataclass(frozen=True)
 class SoFar:
-    """What was done already. moved: foot moves since the latest look. looked: whether it looked since it last moved;
-    anew: how often it was planned anew since, declined: for how many of those plans no commands were made or sent, as
-    the rover would not stand firmly. refused: why what was decided last can't be done: no walk was found, or
-    the next foot move of the walk can't be commanded; empty where nothing was refused. nearest: where a search came
-    that found no walk, which is gone to first. short: why the walk ends before the goal; empty where it does not.
+    """What was done already.
+
+    moved: foot moves since the latest look. looked: whether it looked since it last moved; anew: how often it was
+    planned anew since, declined: for how many of those plans no commands were made or sent, as the rover would not
+    stand firmly. refused: why what was decided last can't be done: no walk was found, or the next foot move of the walk
+    can't be commanded; empty where nothing was refused. nearest: where a search came that found no walk, which is gone
+    to first. short: why the walk ends before the goal; empty where it does not.
     """
 
     moved: int = 0

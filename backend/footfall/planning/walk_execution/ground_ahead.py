@@ -40,8 +40,10 @@ def unknown_ground(robot: Robot, dem: Dem, walk: WalkPlan, first: int, last: int
 
 
 def remembered_ground(robot: Robot, dem: Dem, walk: WalkPlan, first: int, last: int) -> str:
-    """Which foot of the foot moves ``first`` … ``last − 1`` comes down on the oldest ground, where that counts as
-    older; or nothing."""
+    """Which foot comes down on the oldest ground, where that counts as older; or nothing.
+
+    Of the foot moves ``first`` … ``last − 1``.
+    """
     numbers = range(first, min(last, walk.foot_moves))
     if not numbers:
         return ""

@@ -22,6 +22,7 @@ class FootMoveExecution(Value):
     step: Execution | None
 
     def check(self) -> None:
+        """Raises InvalidInput where it moves nothing."""
         if self.body is None and self.step is None:
             raise InvalidInput(f"foot move {self.number} moves nothing")
 
@@ -44,6 +45,7 @@ class WalkExecution(Product):
     provenance: Provenance
 
     def check(self) -> None:
+        """Raises InvalidInput unless its foot moves, one or more, are neighbours in order."""
         numbers = [move.number for move in self.moves]
         if not numbers or np.any(np.diff(numbers) != 1):
             raise InvalidInput("an execution of a walk is of neighbouring foot moves, one or more", numbers=numbers)
@@ -61,12 +63,12 @@ class WalkExecution(Product):
 
 @value
 class WalkExecutionResult(Value):
-    """The answer to one request to execute a walk. ``reason`` says at which foot move which check failed, by how much,
-    where and what to try.
+    """The answer to one request to execute a walk.
 
-    execution: with status FOUND all that was asked for; else the foot moves before the one that fails, None where that
-    is the first. failed_at: the number of that foot move, None with FOUND. checks: with FOUND of each check the least
-    over all parts; else those of the part that fails.
+    ``reason`` says at which foot move which check failed, by how much, where and what to try. execution: with status
+    FOUND all that was asked for; else the foot moves before the one that fails, None where that is the first.
+    failed_at: the number of that foot move, None with FOUND. checks: with FOUND of each check the least over all parts;
+    else those of the part that fails.
     """
 
     status: Status
@@ -77,6 +79,7 @@ class WalkExecutionResult(Value):
     failed_at: int | None = None
 
     def check(self) -> None:
+        """Raises InvalidInput unless status FOUND has an execution, and any other the foot move that fails."""
         if (self.status is Status.FOUND) != (self.failed_at is None):
             raise InvalidInput("a foot move fails where the status is not FOUND, and only then")
         require_execution(self.status, self.execution)

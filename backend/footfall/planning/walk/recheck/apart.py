@@ -33,19 +33,23 @@ class MovingBody:
 
     @cached_property
     def shape(self) -> coal.BVHModelOBBRSS:
+        """The mesh as the collision library has it."""
         return bvh(self.mesh)
 
     @cached_property
     def corners(self) -> Array:
+        """Corners (8, 3) of the box around the mesh, in its own frame [m]."""
         low, high = self.mesh.vertices.min(axis=0), self.mesh.vertices.max(axis=0)
         return np.array(list(itertools.product(*zip(low, high, strict=True))))
 
     @cached_property
     def middle(self) -> Array:
+        """Middle (3,) of that box [m]."""
         return self.corners.mean(axis=0)
 
     @cached_property
     def radius(self) -> float:
+        """Farthest that the mesh is from that middle [m]."""
         return float(np.linalg.norm(self.mesh.vertices - self.middle, axis=1).max())
 
     def places(self, Ts: Array) -> Array:

@@ -44,6 +44,7 @@ class Least:
     text: str = "nothing comes nearer"
 
     def check(self, name: str) -> Check:
+        """As a check of that name, which holds where distance is left."""
         return Check(name, self.spare > 0, self.spare, "m", self.text)
 
 
@@ -106,6 +107,7 @@ class ClearanceCheck:
                 self._to_ground(ground, link_name(leg, part), T[None], part == "wheel", lambda _: f"stance {number}")
 
     def checks(self) -> tuple[Check, ...]:
+        """Of the rover to itself, and to the ground."""
         return self.own.check("self collision"), self.ground.check("terrain collision")
 
     def _look_at_own(self, stretch: MotionStretch, pulse: Callable[[], None]) -> None:

@@ -37,10 +37,12 @@ class Worst:
     where: str = "nowhere"
 
     def take(self, spare: float, where: str) -> None:
+        """Keeps a spare that is less than all so far, and where."""
         if spare < self.spare:
             self.spare, self.where = float(spare), where
 
     def check(self, name: str, unit: str) -> Check:
+        """As a check of that name and unit, which holds where nothing is lacking."""
         return Check(name, self.spare >= 0, self.spare, unit, self.where)
 
 
@@ -103,6 +105,7 @@ class Branches:
         self.plan, self.fault = plan, ""
 
     def look(self, stretch: MotionStretch) -> None:
+        """Compares standing legs at all samples with their stance, and moving ones where they begin and end."""
         stance, count = self.plan.stances[stretch.move], len(stretch.qs)
         for leg in stretch.standing:
             self._compare(stretch, leg, stance, np.arange(count))
@@ -111,6 +114,7 @@ class Branches:
             self._compare(stretch, leg, self.plan.stances[stretch.move + 1], np.array([count - 1]))
 
     def check(self) -> Check:
+        """Whether no leg turned over in all that was looked at."""
         return Check("continuity", not self.fault, float("nan"), "", self.fault or "no leg turns over")
 
     def _compare(self, stretch: MotionStretch, leg: int, stance: Stance, chosen: NDArray[np.int64]) -> None:

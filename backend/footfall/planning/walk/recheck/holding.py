@@ -79,6 +79,7 @@ class HoldingCheck:
             self.torque.take(self.settings.most_torque - float(ratios.max()), f"{joint}, {stretch.where(at)}")
 
     def checks(self) -> tuple[Check, ...]:
+        """Of support, friction and torque; torque is not judged where no forces hold the rover."""
         torque = self.torque.check("torque", "of the limit")
         if not np.isfinite(torque.margin):
             torque = Check("torque", True, float("nan"), "of the limit", "no forces inside friction hold it anywhere")

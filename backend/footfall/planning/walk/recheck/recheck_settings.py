@@ -18,4 +18,5 @@ class RecheckSettings(Value):
     watched: float = 0.05
 
     def check(self) -> None:
+        """Raises InvalidInput for a number that is not above zero."""
         require_above_zero(way=self.way, turn=self.turn, hold=self.hold, watched=self.watched)

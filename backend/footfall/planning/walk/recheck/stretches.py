@@ -40,6 +40,7 @@ class MotionStretch:
 
     @property
     def standing(self) -> list[int]:
+        """Legs that don't move in it."""
         return [leg for leg in self.robot.legs if leg not in self.moving]
 
     def where(self, at: int) -> str:

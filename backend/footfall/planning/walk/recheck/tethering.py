@@ -63,6 +63,7 @@ class Tethering:
             self._look_at_way(stretch, at, ends[at], float(away[at]), list(legs))
 
     def checks(self) -> tuple[Check, ...]:
+        """Of the tether's way, length and pull."""
         return (
             self.way.check("tether", "m"),
             self.length.check("tether length", "m"),
