@@ -32,6 +32,7 @@ class BodyShift(Value):
     dyaw: float = 0.0
 
     def check(self) -> None:
+        """Raises InvalidInput for a shift that is not finite, too far along an axis, or over half a turn about one."""
         if not np.isfinite(self.vector).all():
             raise InvalidInput("a shift of the chassis needs finite dx, dy, dz [m] and droll, dpitch, dyaw [rad]")
         if np.abs(self.vector[:3]).max() > FARTHEST or np.abs(self.vector[3:]).max() > np.pi:

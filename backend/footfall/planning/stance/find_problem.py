@@ -13,13 +13,15 @@ from footfall.planning.step.problem import Check, Footfall, Status, require_answ
 
 @value
 class FindShiftSettings(Value):
-    """lift, raise_terrain, clearance, conservative, least_margin, friction: of the step that is to follow, and of the
-    move of the chassis (see StepSettings).
+    """What a shift of the chassis is looked for with.
+
+    lift, raise_terrain, clearance, conservative, least_margin, friction: of the step that is to follow, and of the move
+    of the chassis (see StepSettings).
 
     lever: what a turn of the chassis costs, in metres a radian: about how far the feet are from its middle [m].
     most_shift: largest dx, dy, dz [m]. most_tilt: largest droll, dpitch [rad]. most_turn: largest dyaw [rad].
-    time_limit: wall clock [s].
-    reach_reserve [m], joint_reserve [rad]: of the move of the chassis (see BodyMoveSettings), where a shift keeps them.
+    time_limit: wall clock [s]. reach_reserve [m], joint_reserve [rad]: of the move of the chassis (see
+    BodyMoveSettings), where a shift keeps them.
     """
 
     lift: float = 0.2
@@ -37,6 +39,7 @@ class FindShiftSettings(Value):
     joint_reserve: float = field(default=JOINT_RESERVE, metadata=before(0.0))
 
     def check(self) -> None:
+        """Raises InvalidInput for lengths, angles, reserves, friction or time out of range."""
         require_above_zero(lift=self.lift, friction=self.friction, lever=self.lever)
         require_above_zero(most_shift=self.most_shift, most_tilt=self.most_tilt, most_turn=self.most_turn)
         require_above_zero(time_limit=self.time_limit)
@@ -83,6 +86,7 @@ class ShiftResult(Value):
     provenance: Provenance
 
     def check(self) -> None:
+        """Raises InvalidInput where a shift comes without the status for it, or a plan without its shift."""
         require_answer(self.status, self.shift, "a shift")
         if self.plan is not None and self.shift is None:
             raise InvalidInput("a plan comes with its shift")

@@ -39,6 +39,7 @@ class BodyMoveSettings(Value):
     joint_reserve: float = field(default=JOINT_RESERVE, metadata=before(0.0))
 
     def check(self) -> None:
+        """Raises InvalidInput for friction, time, clearance, margin or reserves out of range."""
         require_above_zero(friction=self.friction, time_limit=self.time_limit)
         require_not_negative(clearance=self.clearance, least_margin=self.least_margin)
         require_not_negative(reach_reserve=self.reach_reserve, joint_reserve=self.joint_reserve)
@@ -73,4 +74,5 @@ class BodyMoveResult(Value):
     provenance: Provenance
 
     def check(self) -> None:
+        """Raises InvalidInput where a plan comes without the status for it, or is missing."""
         require_answer(self.status, self.plan)

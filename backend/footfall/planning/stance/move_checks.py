@@ -48,6 +48,7 @@ class Path:
     part: Array
 
     def where(self, at: int) -> str:
+        """How far on the way sample ``at`` is, for a person."""
         return f"{self.part[at]:.0%} of the way"
 
 

@@ -36,8 +36,11 @@ _ATTEMPTS = 16
 
 @dataclass(frozen=True)
 class _Stances:
-    """One stance for every chassis height h: postures (h, legs, 6), NaN for a leg without a solution; contacts
-    and normals (h, legs, 3); shifts (h, legs), how far each wheel is from where the posture has it [m]."""
+    """One stance for every chassis height, h of them.
+
+    postures (h, legs, 6), NaN for a leg without a solution; contacts and normals (h, legs, 3); shifts (h, legs), how
+    far each wheel is from where the posture has it [m].
+    """
 
     postures: Array
     contacts: Array

@@ -20,8 +20,11 @@ SPACING = 0.01
 
 
 class Met(NamedTuple):
-    """A collision. depth: how deep the rover is in what it hits [m]; negative: how far from it. missed: by how much the
-    distance is less than what is required [m]."""
+    """A collision.
+
+    depth: how deep the rover is in what it hits [m]; negative: how far from it. missed: by how much the distance is
+    less than what is required [m].
+    """
 
     hit: Collision
     depth: float

@@ -93,7 +93,7 @@ def searched(
 
 
 def escaped(space: Space, q: Array, rng: np.random.Generator) -> Array | None:
-    """q (6,) itself where it is sure; else a sure posture beside it that a free edge joins to it, or None."""
+    """The posture (6,) itself where it is sure, or a sure one beside it that a free edge joins to it; else None."""
     if space.is_sure(q):
         return q
     for reach in _ESCAPES:

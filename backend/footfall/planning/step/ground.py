@@ -53,10 +53,12 @@ class Nearby:
 
     @cached_property
     def mesh(self) -> Mesh:
+        """Its triangles."""
         return triangulate(self.dem)
 
     @cached_property
     def tiles(self) -> GroundTiles:
+        """Its triangles in tiles, for exact distances."""
         return GroundTiles(self.dem)
 
 

@@ -201,6 +201,7 @@ def ground_height(heights: NDArray[np.float32], u: float, v: float) -> float:
 
 @njit()
 def boxes_apart(low_a: Array, high_a: Array, low_b: Array, high_b: Array) -> float:
+    """Distance between two boxes along the axes, by their corners (3,) each [m]; 0 where they meet."""
     square = 0.0
     for k in range(3):
         gap = max(low_a[k] - high_b[k], low_b[k] - high_a[k])

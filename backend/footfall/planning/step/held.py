@@ -72,6 +72,7 @@ def _hold(stance: LegStance, feet: Contacts, friction: float, qs: Array) -> bool
 
 
 def listed(legs: Iterable[int]) -> str:
+    """Legs for a person, as in "1, 3, 5"."""
     return ", ".join(str(leg) for leg in legs)
 
 

@@ -208,7 +208,7 @@ def balanced_span(poses: Array, d: Array, bend: float, most: float, body: BodyTa
 
 @njit()
 def balance_bend(d: Array, lengths: Array, body: BodyTables) -> float:
-    """b of the centre of mass along a line; see leg_span_kernel.py."""
+    """Bound b of the centre of mass along a line; see leg_span_kernel.py."""
     bend = 0.0
     for part in range(PART_COUNT):
         mx, my, mz, m = body.moments[part, 0], body.moments[part, 1], body.moments[part, 2], body.moments[part, 3]

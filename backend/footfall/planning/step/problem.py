@@ -100,6 +100,7 @@ class StepSettings(Value):
     steep_ground: bool | None = field(default=None, metadata=before(False))
 
     def check(self) -> None:
+        """Raises InvalidInput for an unknown planner, order of goals or branch, and for numbers out of range."""
         if self.planner not in PLANNERS:
             raise InvalidInput(f"planner is one of {', '.join(PLANNERS)}", planner=self.planner)
         require_above_zero(lift=self.lift, epsilon=self.epsilon, radius=self.radius, cell=self.cell)
@@ -122,6 +123,7 @@ class Footfall(Value):
     y: float
 
     def check(self) -> None:
+        """Raises InvalidInput for a negative leg, and for a place that is not finite."""
         if self.leg < 0 or not np.isfinite([self.x, self.y]).all():
             raise InvalidInput("a footfall needs a leg 0… and finite x and y [m]")
 
@@ -209,4 +211,5 @@ class PlanResult(Value):
     instead: NearestPlace | None = field(default=None, metadata=LATER)
 
     def check(self) -> None:
+        """Raises InvalidInput where a plan comes without the status for it, or is missing."""
         require_answer(self.status, self.plan)

@@ -90,7 +90,7 @@ class SBL(ob.Planner):
         return ob.PlannerStatus.TIMEOUT
 
     def _expand(self, roadmap: Roadmap, rng: np.random.Generator, lower: Array, upper: Array, free, ptc) -> int | None:
-        """EXPAND-TREE: one new free milestone near a picked one, in boxes that shrink as ρ/1, ρ/2, …"""
+        """EXPAND-TREE: one new free milestone near a picked one, in boxes that shrink as ρ/1, ρ/2 and so on."""
         side = int(rng.integers(2))
         while not ptc():
             m = roadmap.pick(side)

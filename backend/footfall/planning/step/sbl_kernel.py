@@ -200,8 +200,10 @@ def _placed_to_turn(
     body: BodyTables,
     mode: int,
 ) -> bool:
-    """Write two configurations, the first at the first angle of one root, the second at the other's, all else alike,
-    with all sure from one to the other."""
+    """Writes two configurations, all sure from one to the other.
+
+    The first at the first angle of one root, the second at the other's, all else alike.
+    """
     near, far = trees.q[trees.numbers[COUNT]], trees.q[trees.numbers[COUNT] + 1]
     root, other, reach = trees.q[side], trees.q[1 - side], AROUND * radius
     for _ in range(DRAWS):
@@ -235,7 +237,7 @@ def _placed_near(
     body: BodyTables,
     mode: int,
 ) -> bool:
-    """The same near a milestone, in boxes that shrink as ρ/1, ρ/2, …"""
+    """The same near a milestone, in boxes that shrink as ρ/1, ρ/2 and so on."""
     q = trees.q[trees.numbers[COUNT]]
     for shrink in range(1, SHRINKS + 1):
         reach = radius / shrink

@@ -31,7 +31,7 @@ FAR = 0.5
 
 
 def part_poses(robot: Robot, leg: int, qs: Array) -> dict[str, Array]:
-    """part → T_base_link (n, 4, 4) of a leg at joint angles (n, 6) [rad]."""
+    """For each part T_base_link (n, 4, 4) of a leg at joint angles (n, 6) [rad]."""
     poses = leg_poses(robot, leg, qs)
     return {part: poses[:, i] for i, part in enumerate(PARTS)}
 
