@@ -15,10 +15,20 @@ Array = NDArray[np.float64]
 
 
 def generators(normals: ArrayLike, friction: float, sides: int = SIDES) -> Array:
-    """Edges of the pyramids, (k, sides, 3): every force inside is a non-negative sum of them.
+    """Edges of friction pyramids: every force inside is a non-negative sum of them.
 
     The component of every edge along the unit normal is 1, so the sum of the weights is the normal force.
-    Raises InvalidInput for normals that are zero or not finite and for friction that is not above zero.
+
+    Args:
+        normals: (k, 3) out of the ground, of any length above zero.
+        friction: coefficient between feet and ground.
+        sides: of each pyramid.
+
+    Returns:
+        Edges (k, sides, 3).
+
+    Raises:
+        InvalidInput: a normal is zero or not finite, or friction is not above zero.
     """
     unit = _checked(normals, friction, sides)
     out = np.empty((len(unit), sides, 3))
@@ -27,7 +37,19 @@ def generators(normals: ArrayLike, friction: float, sides: int = SIDES) -> Array
 
 
 def facets(normals: ArrayLike, friction: float, sides: int = SIDES) -> Array:
-    """Inward normals of the pyramids' faces, (k, sides, 3): a force is inside where facet · f ≥ 0."""
+    """Inward normals of the friction pyramids' faces: a force is inside where facet · f ≥ 0.
+
+    Args:
+        normals: (k, 3) out of the ground, of any length above zero.
+        friction: coefficient between feet and ground.
+        sides: of each pyramid.
+
+    Returns:
+        Inward normals (k, sides, 3).
+
+    Raises:
+        InvalidInput: a normal is zero or not finite, or friction is not above zero.
+    """
     unit = _checked(normals, friction, sides)
     out = np.empty((len(unit), sides, 3))
     fill_facets(unit, friction, out)

@@ -45,13 +45,24 @@ def distribute(
     friction: float = FRICTION,
     near: ArrayLike | None = None,
 ) -> Array | None:
-    """Contact forces (k, 3) [N] of least norm that hold the rover, or None where no forces can.
+    """Contact forces of least norm that hold the rover.
 
-    near: (k, 3) [N]; with it those that differ least from them.
+    Each force lies in the friction pyramid of its contact.
 
-    contacts: (k, 3) [m]; normals: (k, 3), out of the ground; com: (3,) [m], all in a frame with z up;
-    mass [kg], gravity [m/s²]; friction: coefficient. Each force lies in the friction pyramid of its
-    contact. Raises InvalidInput for wrong shapes and numbers that are not finite or not positive.
+    Args:
+        contacts: (k, 3) [m], as all else in a frame with z up.
+        normals: (k, 3), out of the ground.
+        com: centre of mass (3,) [m].
+        mass: of the rover [kg].
+        gravity: [m/s²].
+        friction: coefficient between feet and ground.
+        near: (k, 3) [N]; with it those forces are taken that differ least from them; None: those of least norm.
+
+    Returns:
+        Forces of the ground on the feet, (k, 3) [N], or None where no forces hold it.
+
+    Raises:
+        InvalidInput: shapes don't fit, or numbers are not finite or not positive.
     """
     points, center = require_masses(contacts, com, mass, gravity)
     faces = facets(normals, friction)
@@ -105,7 +116,20 @@ def _least_distance(rows: Array, bounds: Array) -> Array | None:
 
 
 def require_masses(contacts: ArrayLike, com: ArrayLike, mass: float, gravity: float) -> tuple[Array, Array]:
-    """Contacts (k, 3) and centre of mass (3,); raises InvalidInput unless finite, and mass and gravity above zero."""
+    """Refuse contacts, centre of mass, mass or gravity that can't be.
+
+    Args:
+        contacts: (k, 3) [m].
+        com: centre of mass (3,) [m].
+        mass: of the rover [kg].
+        gravity: [m/s²].
+
+    Returns:
+        Contacts (k, 3) and centre of mass (3,) as arrays.
+
+    Raises:
+        InvalidInput: they have other shapes or are not finite, or mass or gravity is not above zero.
+    """
     points, center = np.asarray(contacts, float), np.asarray(com, float)
     if points.ndim != 2 or points.shape[1] != 3 or not np.isfinite(points).all():
         raise InvalidInput("contacts need k × 3 finite numbers [m]", shape=list(points.shape))

@@ -55,11 +55,25 @@ def postures_held(
     most: float = 1.0,
     tether: Tether | None = None,
 ) -> NDArray[np.bool_]:
-    """Which of n postures (n, legs × 6) [rad] are held with at most the share ``most`` of every torque limit, (n,).
+    """Which postures are held with at most a share of every torque limit.
 
-    Ts_site_base: (n, 4, 4); standing: (n, legs) bool, the legs on the ground; normals: (n, legs, 3) of the ground under
-    those, in site. Wheels touch with the lowest points of their rims. False where a number is not finite, and where a
-    normal does not point up and there is no tether. Raises InvalidInput for wrong shapes.
+    Wheels touch with the lowest points of their rims.
+
+    Args:
+        robot: the rover.
+        postures: (n, legs × 6) [rad].
+        Ts_site_base: poses of the chassis, (n, 4, 4).
+        standing: (n, legs) bool, the legs on the ground.
+        normals: (n, legs, 3) of the ground under those, in site.
+        settings: friction, gravity and payload.
+        most: largest share of a torque limit, 1: all of it.
+        tether: that the rover hangs on; None: none.
+
+    Returns:
+        (n,); False where a number is not finite, and where a normal does not point up and there is no tether.
+
+    Raises:
+        InvalidInput: shapes don't fit.
     """
     args = placed_postures(robot, postures, Ts_site_base, standing, normals)
     return all_held_within(*args, held_tables(robot, settings, tether), float(most))
@@ -68,9 +82,20 @@ def postures_held(
 def placed_postures(
     robot: Robot, postures: ArrayLike, Ts_site_base: ArrayLike, standing: ArrayLike, normals: ArrayLike
 ) -> tuple[Array, Array, Array, Array, NDArray[np.bool_]]:
-    """The first five arguments of the kernels' ``all_held_within``: poses, Ts_site_base, contacts, normals, standing.
+    """The first five arguments of the kernels' ``all_held_within``.
 
-    Arguments and errors as of :func:`postures_held`.
+    Args:
+        robot: the rover.
+        postures: (n, legs × 6) [rad].
+        Ts_site_base: poses of the chassis, (n, 4, 4).
+        standing: (n, legs) bool, the legs on the ground.
+        normals: (n, legs, 3) of the ground under those, in site.
+
+    Returns:
+        Poses of the links in base, Ts_site_base, contacts, normals, standing.
+
+    Raises:
+        InvalidInput: shapes don't fit.
     """
     qs, stands, toward = np.asarray(postures, float), np.asarray(standing, bool), np.asarray(normals, float)
     Ts, legs = np.asarray(Ts_site_base, float), robot.leg_count

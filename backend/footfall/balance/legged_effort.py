@@ -33,10 +33,24 @@ def effort_ratio(
     contacts: ArrayLike,
     normals: ArrayLike,
 ) -> float:
-    """Least possible largest |effort| / limit over all joints; inf where no forces inside friction hold the robot.
+    """Least possible largest |effort| / limit over all joints.
 
-    standing: legs on the ground; contacts (k, 3) [m] and normals (k, 3) of theirs in site. Joints without a limit don't
-    count. Raises InvalidInput for normals that don't point up.
+    Joints without a limit don't count.
+
+    Args:
+        robot: the robot.
+        posture: joint angles, (joints,) [rad or m].
+        T_site_base: pose of the chassis, (4, 4).
+        standing: numbers of the legs on the ground, k of them.
+        contacts: (k, 3) of theirs, in site [m].
+        normals: (k, 3) of the ground there, in site.
+
+    Returns:
+        The share, 1 at the limit; inf where no forces inside friction hold the robot.
+
+    Raises:
+        InvalidInput: a normal does not point up.
+        FootFallError: the program for the forces was not solved, which is a defect.
     """
     q = robot.require_posture(posture)
     R_site_base = T_site_base[:3, :3]

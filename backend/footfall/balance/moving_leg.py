@@ -19,15 +19,31 @@ _KEPT = 24
 
 
 def centers_of_mass(robot: Robot, posture: ArrayLike, leg: int, qs_leg: ArrayLike) -> Array:
-    """Centre of mass in base, (n, 3) [m], with the angles of one leg replaced by each of (n, 6) [rad].
+    """Centre of mass with the angles of one leg replaced by others; the rest stays as in the posture.
 
-    Rows with NaN give NaN. The other legs, the chassis and the payload stay as in ``posture``.
+    Args:
+        robot: the rover.
+        posture: joint angles, (legs × 6,) [rad].
+        leg: number of the leg, from 0.
+        qs_leg: (n, 6) angles of the leg [rad].
+
+    Returns:
+        (n, 3) in base [m]; rows with NaN give NaN.
     """
     return centers_with(robot, leg, moment_without(robot, posture, leg), qs_leg)
 
 
 def moment_without(robot: Robot, posture: ArrayLike, leg: int) -> Array:
-    """Σ mass × position in base of all but one leg, (3,) [kg·m]."""
+    """Sum of mass × position of all but one leg.
+
+    Args:
+        robot: the rover.
+        posture: joint angles, (legs × 6,) [rad].
+        leg: number of the leg, from 0.
+
+    Returns:
+        (3,) in base [kg·m].
+    """
     posture = robot.require_posture(posture)
     leg = robot.require_leg(leg)
     own = posture[None, 6 * leg : 6 * leg + 6]
@@ -35,7 +51,20 @@ def moment_without(robot: Robot, posture: ArrayLike, leg: int) -> Array:
 
 
 def centers_with(robot: Robot, leg: int, rest: Array, qs_leg: ArrayLike) -> Array:
-    """:func:`centers_of_mass` where all but the leg has the moment ``rest`` of :func:`moment_without`."""
+    """As :func:`centers_of_mass`, where the moment of all but the leg is known.
+
+    Args:
+        robot: the rover.
+        leg: number of the leg, from 0.
+        rest: (3,) of :func:`moment_without` [kg·m].
+        qs_leg: (n, 6) angles of the leg [rad].
+
+    Returns:
+        (n, 3) in base [m].
+
+    Raises:
+        InvalidInput: the angles have another shape.
+    """
     qs = np.asarray(qs_leg, float)
     if qs.ndim != 2 or qs.shape[1] != 6:
         raise InvalidInput("the postures of a leg need n × 6 angles [rad]", shape=list(qs.shape))
@@ -43,7 +72,16 @@ def centers_with(robot: Robot, leg: int, rest: Array, qs_leg: ArrayLike) -> Arra
 
 
 def leg_links(robot: Robot, leg: int, qs: Array) -> tuple[Array, Array]:
-    """Origins (n, 6, 3) [m] and rotations (n, 6, 3, 3), in base, of the links of a leg's joints at qs (n, 6) [rad]."""
+    """Where the links of a leg's joints are.
+
+    Args:
+        robot: the rover.
+        leg: number of the leg, from 0.
+        qs: (n, 6) angles of the leg [rad].
+
+    Returns:
+        Origins (n, 6, 3) [m] and rotations (n, 6, 3, 3), in base.
+    """
     poses = chain_poses(_placements(robot, leg), _AXES, np.ascontiguousarray(qs, float))
     return poses[..., :3, 3], poses[..., :3, :3]
 
@@ -68,9 +106,17 @@ def joint_axes(rotations: Array) -> Array:
 
 
 def gravity_torques(robot: Robot, leg: int, qs: Array, up_base: Array, gravity: float) -> Array:
-    """Torques that hold the leg's joints at qs (n, 6) [rad] while its wheel is off the ground, (n, 6) [N·m].
+    """Torques that hold a leg's joints while its wheel is off the ground.
 
-    up_base: (3,) unit, against gravity; gravity [m/s²].
+    Args:
+        robot: the rover.
+        leg: number of the leg, from 0.
+        qs: (n, 6) angles of the leg [rad].
+        up_base: (3,) unit, against gravity, in base.
+        gravity: [m/s²].
+
+    Returns:
+        (n, 6) [N·m].
     """
     placements, (masses, centers) = _placements(robot, leg), leg_bodies(robot, leg)
     up = np.ascontiguousarray(up_base)

@@ -23,9 +23,15 @@ def carried(robot: Robot, settings: BalanceSettings) -> tuple[float, Array] | No
 
 
 def loaded(robot: Robot, coms_base: Array, settings: BalanceSettings) -> tuple[float, Array]:
-    """Mass [kg] and centres of mass in base, (…, 3) [m], with the payload of the settings instead of the robot's.
+    """Mass and centres of mass with the payload of the settings instead of the robot's.
 
-    coms_base: those of the robot as its description has it.
+    Args:
+        robot: the rover.
+        coms_base: (…, 3) of the robot as its description has it, in base [m].
+        settings: whose payload counts.
+
+    Returns:
+        Mass [kg] and centres of mass (…, 3) in base [m].
     """
     load, own = carried(robot, settings), robot.description.payload
     if settings.payload_mass is None or load is None:

@@ -77,9 +77,19 @@ class PostureStatics:
 
 
 def lowest_rim_points(centers: Array, axles: Array, outward: Array, normals: Array, radius: float) -> Array:
-    """Points of wheels' rims that are lowest along unit normals, (k, 3) [m]; all but the radius (k, 3), in one frame.
+    """Points of wheels' rims that are lowest along unit normals.
 
     Of a wheel that lies flat all points are as low; it is the one farthest from the ankle, along ``outward``.
+
+    Args:
+        centers: (k, 3) of the wheels [m], as all else in one frame.
+        axles: (k, 3) unit.
+        outward: (k, 3) away from the ankle.
+        normals: (k, 3) unit, out of the ground.
+        radius: of the wheels [m].
+
+    Returns:
+        (k, 3) [m].
     """
     radial = (normals * axles).sum(axis=1, keepdims=True) * axles - normals
     size = np.sqrt((radial * radial).sum(axis=1, keepdims=True))

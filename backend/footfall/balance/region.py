@@ -94,10 +94,20 @@ def equilibrium_region(
     sides: int = SIDES,
     tolerance: float = TOLERANCE,
 ) -> EquilibriumRegion:
-    """The region of feet at contacts (k, 3) [m] with normals (k, 3) out of the ground; z up.
+    """The region in which feet hold the centre of mass.
 
-    friction: coefficient; sides of the pyramids: 4, 8 or 16; tolerance: largest gap [m]. Raises InvalidInput for
-    numbers that are not finite, normals that don't point up, and shapes or settings that don't fit.
+    Args:
+        contacts: (k, 3) [m], z up.
+        normals: (k, 3) out of the ground.
+        friction: coefficient between feet and ground.
+        sides: of the friction pyramids: 4, 8 or 16.
+        tolerance: largest gap between the polygons from inside and from outside [m].
+
+    Returns:
+        Both polygons, and the loads at the corners.
+
+    Raises:
+        InvalidInput: numbers are not finite, normals don't point up, or shapes or settings don't fit.
     """
     points, unit = require_stance(contacts, normals)
     require_cone(friction, sides)
@@ -113,9 +123,22 @@ def regions_without_each(
     sides: int = SIDES,
     tolerance: float = TOLERANCE,
 ) -> tuple[EquilibriumRegion, ...]:
-    """The regions that are left when the first, the second … foot is lost; arguments as of equilibrium_region.
+    """The regions that are left when the first, the second … foot is lost.
 
     What lies in all of them survives the loss of any one leg: the conservative form with friction.
+
+    Args:
+        contacts: (k, 3) [m], z up.
+        normals: (k, 3) out of the ground.
+        friction: coefficient between feet and ground.
+        sides: of the friction pyramids: 4, 8 or 16.
+        tolerance: largest gap between the polygons from inside and from outside [m].
+
+    Returns:
+        k regions.
+
+    Raises:
+        InvalidInput: numbers are not finite, normals don't point up, or shapes or settings don't fit.
     """
     points, unit = require_stance(contacts, normals)
     require_cone(friction, sides)
@@ -162,9 +185,18 @@ def surviving_margin(regions: tuple[EquilibriumRegion, ...], com_xy: ArrayLike) 
 
 
 def require_stance(contacts: ArrayLike, normals: ArrayLike, upward: bool = True) -> tuple[Array, Array]:
-    """Contacts (k, 3) and unit normals (k, 3). Raises InvalidInput unless finite, as many, and normals upward.
+    """Refuse contacts and normals that no stance can have.
 
-    upward: False where a program decides what ground carries whose normal points elsewhere.
+    Args:
+        contacts: (k, 3) [m], z up.
+        normals: (k, 3) out of the ground, of any length above zero.
+        upward: False where a program decides what ground carries whose normal points elsewhere.
+
+    Returns:
+        Contacts (k, 3) and unit normals (k, 3).
+
+    Raises:
+        InvalidInput: they are not finite, not as many, or a normal does not point up.
     """
     points = np.ascontiguousarray(contacts, float)
     if points.ndim != 2 or points.shape[1] != 3 or not np.isfinite(points).all():

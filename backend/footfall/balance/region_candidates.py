@@ -87,10 +87,24 @@ def region_margins_for_candidates(
 ) -> CandidateRegionMargins:
     """Margins to the equilibrium regions of the fixed feet together with each candidate.
 
-    fixed_contacts, fixed_normals: (k, 3) of the feet that stay, at least two; candidates, candidate_normals: (n, 3);
-    coms_xy: (n, 2), or (2,) for all; z up. conservative: the least margin after the loss of any one foot.
-    A candidate with a NaN in any of its numbers gets NaN; one whose normal does not point up, or where no forces hold
-    the rover, −inf. Raises InvalidInput where the fixed feet or the shapes don't fit.
+    Args:
+        fixed_contacts: (k, 3) of the feet that stay, at least two [m], z up.
+        fixed_normals: (k, 3) out of the ground there.
+        candidates: (n, 3) [m].
+        candidate_normals: (n, 3) out of the ground there.
+        coms_xy: centres of mass, (n, 2), or (2,) for all [m].
+        conservative: whether the least margin after the loss of any one foot is asked for.
+        friction: coefficient between feet and ground.
+        sides: of the friction pyramids: 4, 8 or 16.
+        tolerance: largest gap between the polygons from inside and from outside [m].
+
+    Returns:
+        Margins (n,) [m] and what binds them. NaN for a candidate with a NaN in any of its numbers; −inf where its
+        normal does not point up, or no forces hold the rover.
+
+    Raises:
+        InvalidInput: the fixed feet or the shapes don't fit.
+        FootFallError: a program for the forces was not solved, which is a defect.
     """
     fixed, fixed_unit = require_stance(fixed_contacts, fixed_normals)
     require_cone(friction, sides)

@@ -144,13 +144,22 @@ def edges(contacts: ArrayLike, conservative: bool) -> Edges:
 
 
 def margin(contacts: ArrayLike, com_xy: ArrayLike, conservative: bool = False) -> float:
-    """Stability margin [m]: signed distance of the centre of mass to the polygon, positive inside.
+    """Stability margin: signed distance of the centre of mass to the support polygon.
 
-    Inside it is the distance to the nearest edge. Outside it is minus the largest distance beyond an
-    edge's line, which is at most the distance to the polygon. Where there is no polygon (see
-    :func:`half_planes`) it is −inf; where the polygon is a point or a segment it is at most 0.
+    Inside it is the distance to the nearest edge. Outside it is minus the largest distance beyond an edge's line, which
+    is at most the distance to the polygon.
 
-    contacts: (k, 2) or (k, 3); com_xy: (2,). Raises InvalidInput for numbers that are not finite.
+    Args:
+        contacts: (k, 2) or (k, 3) [m].
+        com_xy: centre of mass, (2,) [m].
+        conservative: whether the polygon must survive the loss of any one foot.
+
+    Returns:
+        The distance [m], positive inside. −inf where there is no polygon (see :func:`half_planes`); at most 0 where it
+        is a point or a segment.
+
+    Raises:
+        InvalidInput: numbers are not finite, or shapes don't fit.
     """
     com = np.asarray(com_xy, float)
     if com.shape != (2,):
@@ -159,7 +168,19 @@ def margin(contacts: ArrayLike, com_xy: ArrayLike, conservative: bool = False) -
 
 
 def support_margin(contacts: ArrayLike, com_xy: ArrayLike, conservative: bool = False) -> SupportMargin:
-    """:func:`margin` with what binds it: the feet, the edge between them, and the leg whose loss would count."""
+    """As :func:`margin`, with what binds it.
+
+    Args:
+        contacts: (k, 2) or (k, 3) [m].
+        com_xy: centre of mass, (2,) [m].
+        conservative: whether the polygon must survive the loss of any one foot.
+
+    Returns:
+        The margin, the feet, the edge between them, and the leg whose loss would count.
+
+    Raises:
+        InvalidInput: numbers are not finite, or shapes don't fit.
+    """
     points = _horizontal(contacts, "contacts")
     com = np.asarray(com_xy, float)
     if com.shape != (2,) or not np.isfinite(com).all():
@@ -181,7 +202,19 @@ def support_margin(contacts: ArrayLike, com_xy: ArrayLike, conservative: bool = 
 
 
 def margins(contacts: ArrayLike, coms_xy: ArrayLike, conservative: bool = False) -> Array:
-    """:func:`margin` of many centres of mass over the same feet: (n, 2) → (n,)."""
+    """As :func:`margin`, of many centres of mass over the same feet.
+
+    Args:
+        contacts: (k, 2) or (k, 3) [m].
+        coms_xy: centres of mass, (n, 2) [m].
+        conservative: whether the polygon must survive the loss of any one foot.
+
+    Returns:
+        Margins (n,) [m].
+
+    Raises:
+        InvalidInput: numbers are not finite, or shapes don't fit.
+    """
     coms = np.asarray(coms_xy, float)
     if coms.ndim != 2 or coms.shape[1] != 2 or not np.isfinite(coms).all():
         raise InvalidInput("centres of mass need n × 2 finite numbers [m]", shape=list(coms.shape))
@@ -189,7 +222,16 @@ def margins(contacts: ArrayLike, coms_xy: ArrayLike, conservative: bool = False)
 
 
 def margins_inside(normals: Array, offsets: Array, coms_xy: Array) -> Array:
-    """:func:`margins` (n,) of places (n, 2) to a polygon that is known by its :func:`half_planes`."""
+    """As :func:`margins`, to a polygon that is known by its :func:`half_planes`.
+
+    Args:
+        normals: (m, 2) of those.
+        offsets: (m,) of those [m].
+        coms_xy: centres of mass, (n, 2) [m].
+
+    Returns:
+        Margins (n,) [m].
+    """
     if len(offsets) == 0:
         return np.full(len(coms_xy), -np.inf)
     return (offsets - coms_xy @ normals.T).min(axis=1)
@@ -198,11 +240,19 @@ def margins_inside(normals: Array, offsets: Array, coms_xy: Array) -> Array:
 def margins_for_candidates(
     fixed_contacts: ArrayLike, candidates: ArrayLike, com_xy: ArrayLike, conservative: bool = False
 ) -> Array:
-    """:func:`margin` for many places of one foot while the others stay, (n,) [m].
+    """As :func:`margin`, for many places of one foot while the others stay.
 
-    fixed_contacts: (k, 2) or (k, 3), the feet that stay; candidates: (n, 2); com_xy: (2,), or (n, 2)
-    where the centre of mass moves with the candidate. A candidate with NaN, or with a NaN centre of
-    mass, gets NaN. Raises InvalidInput where fixed_contacts are not finite or the shapes don't fit.
+    Args:
+        fixed_contacts: (k, 2) or (k, 3), the feet that stay [m].
+        candidates: (n, 2) [m].
+        com_xy: centre of mass, (2,), or (n, 2) where it moves with the candidate [m].
+        conservative: whether the polygon must survive the loss of any one foot.
+
+    Returns:
+        Margins (n,) [m]; a candidate with NaN, or with a NaN centre of mass, gets NaN.
+
+    Raises:
+        InvalidInput: fixed_contacts are not finite, or the shapes don't fit.
     """
     return bindings_for_candidates(fixed_contacts, candidates, com_xy, conservative).margins
 
@@ -210,7 +260,20 @@ def margins_for_candidates(
 def bindings_for_candidates(
     fixed_contacts: ArrayLike, candidates: ArrayLike, com_xy: ArrayLike, conservative: bool = False
 ) -> CandidateMargins:
-    """:func:`margins_for_candidates` with the pair of feet that binds, and the lost leg, for each candidate."""
+    """As :func:`margins_for_candidates`, with the pair of feet that binds, and the lost leg, for each candidate.
+
+    Args:
+        fixed_contacts: (k, 2) or (k, 3), the feet that stay [m].
+        candidates: (n, 2) [m].
+        com_xy: centre of mass, (2,), or (n, 2) where it moves with the candidate [m].
+        conservative: whether the polygon must survive the loss of any one foot.
+
+    Returns:
+        Margins (n,) [m] and what binds each.
+
+    Raises:
+        InvalidInput: fixed_contacts are not finite or too many, or the shapes don't fit.
+    """
     fixed = _horizontal(fixed_contacts, "fixed_contacts")
     moved = np.asarray(candidates, float)
     coms = np.asarray(com_xy, float)

@@ -37,10 +37,19 @@ class TipOver:
 
 
 def tip_over(contacts: ArrayLike, com: ArrayLike, mass: float, gravity: float = GRAVITY) -> TipOver:
-    """The least energy over the edges of the support polygon.
+    """The least energy over the edges of the support polygon that tips the rover.
 
-    contacts: (k, 3) [m]; com: (3,) [m]; z against gravity; mass [kg], gravity [m/s²]. Raises InvalidInput for
-    shapes and numbers that are not finite or not positive.
+    Args:
+        contacts: (k, 3) [m], z against gravity.
+        com: centre of mass (3,) [m].
+        mass: of the rover [kg].
+        gravity: [m/s²].
+
+    Returns:
+        That energy [J], and the edge.
+
+    Raises:
+        InvalidInput: shapes don't fit, or numbers are not finite or not positive.
     """
     points, center = require_masses(contacts, com, mass, gravity)
     found = edges(points, conservative=False)

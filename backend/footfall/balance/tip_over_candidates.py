@@ -16,10 +16,20 @@ Array = NDArray[np.float64]
 def tip_energies_for_candidates(
     fixed_contacts: ArrayLike, candidates: ArrayLike, coms: ArrayLike, mass: float, gravity: float
 ) -> Array:
-    """Energies (n,) [J] with one foot at each candidate, 0 where the rover tips by itself or has no polygon.
+    """Energies that tip the rover with one foot at each candidate.
 
-    fixed_contacts: (k, 3), the feet that stay; candidates, coms: (n, 3) [m]; z against gravity; mass [kg], gravity
-    [m/s²]. Raises InvalidInput for numbers that are not finite and shapes that don't fit.
+    Args:
+        fixed_contacts: (k, 3), the feet that stay [m], z against gravity.
+        candidates: (n, 3) [m].
+        coms: centres of mass, (n, 3) [m].
+        mass: of the rover [kg].
+        gravity: [m/s²].
+
+    Returns:
+        (n,) [J], 0 where the rover tips by itself or has no polygon.
+
+    Raises:
+        InvalidInput: numbers are not finite, shapes don't fit, or the feet are too many.
     """
     fixed, moved, centers = (np.ascontiguousarray(one, float) for one in (fixed_contacts, candidates, coms))
     if (

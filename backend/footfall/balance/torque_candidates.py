@@ -33,12 +33,26 @@ def torque_ratios_for_postures(
     leg_normals: ArrayLike,
     settings: BalanceSettings,
 ) -> Array:
-    """Ratios (n,) as :func:`footfall.balance.torques.torque_check` gives with ``leg`` down in each of many postures.
+    """Ratios as :func:`footfall.balance.torques.torque_check` gives with ``leg`` down in each of many postures.
 
-    legs, normals (k, 3): the other standing legs, as ``posture`` has them, and the ground under them; qs_leg (n, 6)
-    [rad] and leg_normals (n, 3): the leg's angles and the ground there, site. A row with NaN gets NaN; one whose normal
-    does not point up, against gravity, or where no forces hold the rover, inf. Raises InvalidInput where the legs
-    don't fit.
+    Args:
+        robot: the rover.
+        posture: joint angles of the other legs, (legs × 6,) [rad].
+        T_site_base: pose of the chassis, (4, 4).
+        legs: numbers of the other standing legs, k of them.
+        normals: (k, 3) of the ground under those, in site.
+        leg: number of the leg, from 0.
+        qs_leg: (n, 6) angles of that leg [rad].
+        leg_normals: (n, 3) of the ground under it, in site.
+        settings: friction, gravity and payload.
+
+    Returns:
+        (n,); NaN for a row with NaN, inf where a normal does not point up, against gravity, or no forces hold the
+        rover.
+
+    Raises:
+        InvalidInput: the legs or the shapes don't fit.
+        FootFallError: a program for the forces was not solved, which is a defect.
     """
     qs, toward = np.asarray(qs_leg, float), np.asarray(leg_normals, float)
     if qs.ndim != 2 or qs.shape[1] != 6 or toward.shape != (len(qs), 3):
@@ -87,10 +101,23 @@ def torque_ratios_in_the_air(
     qs_leg: ArrayLike,
     settings: BalanceSettings,
 ) -> Array:
-    """Ratios (n,) as :func:`footfall.balance.torques.torque_check` gives with ``leg`` in the air in each posture.
+    """Ratios as :func:`footfall.balance.torques.torque_check` gives with ``leg`` in the air in each posture.
 
-    legs, normals (k, 3), qs_leg (n, 6): as above. inf where no forces hold the rover. Raises InvalidInput where the
-    legs don't fit.
+    Args:
+        robot: the rover.
+        posture: joint angles of the other legs, (legs × 6,) [rad].
+        T_site_base: pose of the chassis, (4, 4).
+        legs: numbers of the standing legs, k of them.
+        normals: (k, 3) of the ground under those, in site.
+        leg: number of the leg, from 0.
+        qs_leg: (n, 6) angles of that leg [rad].
+        settings: friction, gravity and payload.
+
+    Returns:
+        (n,); inf where no forces hold the rover.
+
+    Raises:
+        InvalidInput: the legs don't fit.
     """
     qs = np.asarray(qs_leg, float)
     others = StandingLegs(robot, posture, T_site_base, legs, normals, leg, settings)

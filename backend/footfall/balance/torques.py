@@ -63,7 +63,21 @@ class TorqueCheck(Value):
 def contact_points(
     robot: Robot, posture: ArrayLike, T_site_base: ArrayLike, legs: Sequence[int], normals: ArrayLike
 ) -> Array:
-    """Lowest rim points of some wheels along the ground's normals (k, 3), in site, (k, 3) [m]."""
+    """Lowest rim points of some wheels along the ground's normals.
+
+    Args:
+        robot: the rover.
+        posture: joint angles, (legs × 6,) [rad].
+        T_site_base: pose of the chassis, (4, 4).
+        legs: numbers of the wheels' legs, k of them.
+        normals: (k, 3) of the ground under those, in site.
+
+    Returns:
+        (k, 3) in site [m].
+
+    Raises:
+        InvalidInput: the rover has no such leg, or the normals or the pose don't fit.
+    """
     return PostureStatics(robot, posture).contacts(
         *_standing(robot, legs, normals), require_transform(T_site_base, "T_site_base")
     )
@@ -78,11 +92,22 @@ def holding_torques(
     forces: ArrayLike,
     gravity: float = GRAVITY,
 ) -> Array:
-    """Torques that hold the joints, (legs × 6,) [N·m]: g(q) − Σ Jᵀ f.
+    """Torques that hold the joints: g(q) − Σ Jᵀ f.
 
-    legs: those on the ground; contacts (k, 3) [m] and forces of the ground on the wheels (k, 3) [N], in
-    site. By virtual work: the motors' work over any small motion is the gain of potential energy less the
-    work of the ground's forces.
+    By virtual work: the motors' work over any small motion is the gain of potential energy less the work of the
+    ground's forces.
+
+    Args:
+        robot: the rover.
+        posture: joint angles, (legs × 6,) [rad].
+        T_site_base: pose of the chassis, (4, 4).
+        legs: numbers of the legs on the ground, k of them.
+        contacts: (k, 3) of theirs, in site [m].
+        forces: of the ground on their wheels, (k, 3) in site [N].
+        gravity: [m/s²].
+
+    Returns:
+        (legs × 6,) [N·m].
     """
     T_site_base = require_transform(T_site_base, "T_site_base")
     statics = PostureStatics(robot, posture)
@@ -103,7 +128,23 @@ def torque_margin(
     friction: float = FRICTION,
     gravity: float = GRAVITY,
 ) -> TorqueCheck:
-    """:func:`torque_check` with friction and gravity [m/s²] alone. Raises InvalidInput as it does."""
+    """As :func:`torque_check`, with friction and gravity alone.
+
+    Args:
+        robot: the rover.
+        posture: joint angles, (legs × 6,) [rad].
+        T_site_base: pose of the chassis, (4, 4).
+        legs: numbers of the legs on the ground, k of them.
+        normals: (k, 3) of the ground under those, in site.
+        friction: coefficient between feet and ground.
+        gravity: [m/s²].
+
+    Returns:
+        The least torque ratio, with forces and torques that reach it.
+
+    Raises:
+        InvalidInput: legs don't exist or stand twice, shapes don't fit, or a normal does not point up.
+    """
     settings = BalanceSettings(friction=friction, gravity=gravity)
     return torque_check(robot, posture, T_site_base, legs, normals, settings)
 
@@ -117,13 +158,25 @@ def torque_check(
     settings: BalanceSettings,
     tether: Tether | None = None,
 ) -> TorqueCheck:
-    """Least torque ratio with the wheels of ``legs`` on the ground and the others in the air.
+    """Least torque ratio with the wheels of some legs on the ground and the others in the air.
 
-    tether: pulls as it serves best; its share of the drum's most counts like that of a torque limit.
+    Args:
+        robot: the rover.
+        posture: joint angles, (legs × 6,) [rad].
+        T_site_base: pose of the chassis, (4, 4).
+        legs: numbers of the legs on the ground, k of them.
+        normals: (k, 3) of the ground under those, in site.
+        settings: friction pyramids, gravity, its direction and the payload.
+        tether: pulls as it serves best, and its share of the drum's most counts like that of a torque limit; None:
+            there is none.
 
-    normals: (k, 3) of the ground under each of those legs, site. Friction pyramids, gravity, its direction and the
-    payload are those of the settings. Raises InvalidInput for legs that don't exist or stand twice, for wrong shapes,
-    and without a tether for normals that don't point up, against gravity.
+    Returns:
+        The least ratio, with forces and torques that reach it.
+
+    Raises:
+        InvalidInput: legs don't exist or stand twice, shapes don't fit, or, without a tether, a normal does not point
+            up, against gravity.
+        FootFallError: the program for the torques was not solved, which is a defect.
     """
     T_site_base = require_transform(T_site_base, "T_site_base")
     if len(set(legs)) != len(legs):

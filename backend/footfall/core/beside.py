@@ -4,10 +4,17 @@ import math
 
 
 def beside(measured: float, limit: float, digits: int = 3) -> tuple[str, str]:
-    """Both with so many decimals, the measured one rounded away from the limit where both would read the same.
+    """Two amounts with so many decimals, rounded apart where both would read the same.
 
-    "0.020 m, 0.020 m is needed" tells an operator nothing: of 0.0198 m beside 0.020 m it says 0.019. What is not finite
-    has no size: "–".
+    "0.020 m, 0.020 m is needed" tells an operator nothing: of 0.0198 m beside 0.020 m it says 0.019.
+
+    Args:
+        measured: what there is, in any unit; rounded away from the limit where that is needed.
+        limit: what it is compared with, in the same unit.
+        digits: decimals.
+
+    Returns:
+        Both as texts; what is not finite has no size: "–".
     """
     if not math.isfinite(measured):
         return "–", f"{limit:z.{digits}f}"

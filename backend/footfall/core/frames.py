@@ -36,7 +36,16 @@ def rotation(axis: str, angle: ArrayLike) -> Array:
 
 
 def rotation_rpy(roll: float, pitch: float, yaw: float) -> Array:
-    """R = Rz(yaw) Ry(pitch) Rx(roll), angles in rad."""
+    """Rotation R = Rz(yaw) Ry(pitch) Rx(roll).
+
+    Args:
+        roll: about x [rad].
+        pitch: about y [rad].
+        yaw: about z [rad].
+
+    Returns:
+        R, (3, 3).
+    """
     return rotation("z", yaw) @ rotation("y", pitch) @ rotation("x", roll)
 
 

@@ -46,7 +46,16 @@ def area(corners: ArrayLike) -> float:
 
 
 def clip(corners: ArrayLike, normal: ArrayLike, offset: float) -> Array:
-    """The part of a convex polygon where normal · p ≤ offset (Sutherland & Hodgman, 1974)."""
+    """The part of a convex polygon on one side of a line (Sutherland & Hodgman, 1974).
+
+    Args:
+        corners: (n, 2) in order.
+        normal: (2,) of the line.
+        offset: what stays has normal · p ≤ offset.
+
+    Returns:
+        Corners (m, 2) of that part, in order.
+    """
     p = np.asarray(corners, float).reshape(-1, 2)
     if len(p) == 0:
         return p

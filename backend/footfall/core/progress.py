@@ -17,7 +17,16 @@ def no_progress(fraction: float, text: str) -> None:
 
 
 def part(progress: Progress, start: float, end: float) -> Progress:
-    """A progress whose 0…1 is ``start``…``end`` of another."""
+    """A progress whose 0…1 is a part of another's.
+
+    Args:
+        progress: the other.
+        start: its fraction where this one is at 0.
+        end: its fraction where this one is at 1.
+
+    Returns:
+        The progress to report to.
+    """
 
     def report(fraction: float, text: str) -> None:
         progress(start + (end - start) * fraction, text)

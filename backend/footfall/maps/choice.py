@@ -24,10 +24,20 @@ def stack_quality(
     settings: QualitySettings | None = None,
     towards: tuple[float, float] | None = None,
 ) -> Quality:
-    """The quality of every cell of ``stack``, which was made from ``robot``, ``dem`` and ``state``.
+    """The quality of every cell of a stack.
 
-    Where the stack has the layers with friction, they decide; else the geometric ones do. settings: None for those that
-    the stack was made with. towards: (east, north) in which the body is to advance.
+    Where the stack has the layers with friction, they decide; else the geometric ones do.
+
+    Args:
+        robot: that the stack was made with.
+        dem: that the stack was made with.
+        state: that the stack was made with.
+        stack: maps of one leg.
+        settings: how quality is judged; None: those that the stack was made with.
+        towards: (east, north) in which the body is to advance; None: nowhere.
+
+    Returns:
+        Goodness and what refuses, on the stack's grid.
     """
     made_with = stack.provenance.settings
     if settings is None:
@@ -57,7 +67,19 @@ def layers_quality(
 
 
 def explain_at(found: Quality, x: float, y: float) -> Explanation:
-    """What every layer says of the cell at x, y [m]. Raises InvalidInput outside the map."""
+    """What every layer says of one cell.
+
+    Args:
+        found: quality of a stack.
+        x: east, in site [m].
+        y: north, in site [m].
+
+    Returns:
+        What speaks for the cell at that place, and what against it.
+
+    Raises:
+        InvalidInput: the place is outside the map.
+    """
     if not np.isfinite([x, y]).all() or not found.geometry.contains(x, y):
         west, south, east, north = found.geometry.bounds
         raise InvalidInput(

@@ -73,8 +73,20 @@ def choose_postures(
 ) -> Postures:
     """The posture of every cell, from candidates as :meth:`LegCollisions.decide` takes them; UNSURE without checks.
 
-    normals: (m, 3) in site, of the ground under each candidate. A wheel heads as near to the leg's radial direction as
-    it must; only where no heading that is tried is inside the limits does it stay as it is in ``qs``.
+    A wheel heads as near to the leg's radial direction as it must; only where no heading that is tried is inside the
+    limits does it stay as it is in ``qs``.
+
+    Args:
+        leg: where the leg is, and its limits.
+        cell: (m,) which cell each candidate is of.
+        branch: (m,) which solution of the inverse kinematics it is.
+        qs: (m, 6) its joint angles [rad].
+        normals: (m, 3) in site, of the ground under it.
+        collisions: checks of the leg; None: nothing is known to be free.
+        progress: called with a fraction 0…1 and a text; what it raises ends the work.
+
+    Returns:
+        One posture for each cell, with what is known of it.
     """
     qs, _ = leg.headed(qs, normals, 0.0, True)
     above = leg.raised(branch, qs)

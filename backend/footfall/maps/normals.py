@@ -20,11 +20,20 @@ Spectrum = NDArray[np.complex128]
 
 
 def cell_normals(dem: Dem, radius: float, rows: slice, cols: slice) -> tuple[Array, Array]:
-    """Upward unit normals (…, 3) at the cells of a window of the grid, and the known share (…) of their discs.
+    """Upward unit normals at the cells of a window of the grid, and how much of their discs is known.
 
-    radius [m] of the disc, such as a wheel's. Normals are NaN where less than half of the disc is known or
-    what is known lies almost on a line. Agrees with ``normal_at`` to rounding where the disc is
-    known; beside holes a sample that lies on the hole's rim counts as unknown here.
+    Normals are NaN where less than half of the disc is known or what is known lies almost on a line. Agrees with
+    ``normal_at`` to rounding where the disc is known; beside holes a sample that lies on the hole's rim counts as
+    unknown here.
+
+    Args:
+        dem: the ground, in site.
+        radius: of the disc, such as a wheel's [m].
+        rows: of the window.
+        cols: of the window.
+
+    Returns:
+        Normals (…, 3), and known shares (…) 0…1.
     """
     resolution = dem.geometry.resolution
     steps = int(np.ceil(radius / min(resolution, radius / 4) - 1e-9))

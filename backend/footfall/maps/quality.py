@@ -82,7 +82,20 @@ class LegSituation:
 
 
 def situation_of(robot: Robot, state: RobotState, leg: int, towards: tuple[float, float] | None = None) -> LegSituation:
-    """The situation of one leg. Raises InvalidInput for a leg that does not exist."""
+    """The situation of one leg.
+
+    Args:
+        robot: the rover.
+        state: how the rover stands.
+        leg: number of the leg, from 0.
+        towards: (east, north) in which the body is to advance; None: nowhere.
+
+    Returns:
+        Hip, foot and length of the leg, in site.
+
+    Raises:
+        InvalidInput: the rover has no such leg.
+    """
     leg = robot.require_leg(leg)
     hip = apply(state.T_site_base, robot.description.legs[leg].T_base_hip[:3, 3])
     wheel = apply(state.T_site_base, wheel_centers(robot, state.posture)[leg])

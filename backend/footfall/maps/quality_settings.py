@@ -133,7 +133,16 @@ class QualitySettings(Value):
 
 
 def factor_of(name: str, amount: NDArray[np.float64] | float, settings: QualitySettings) -> NDArray[np.float64]:
-    """Factor 0…1 of amounts in the factor's unit, (…) → (…); of NaN, what an unknown amount counts as."""
+    """Factor of amounts, from the worst to the best of the settings' ramp.
+
+    Args:
+        name: of the factor, one of FACTORS.
+        amount: (…) in the factor's unit; NaN: unknown.
+        settings: whose ramp counts.
+
+    Returns:
+        Factors (…) 0…1; of NaN, what an unknown amount counts as.
+    """
     worst, best = settings.ramps[name]
     share = np.clip((amount - worst) / (best - worst), 0.0, 1.0)
     if FACTORS[name].limit:

@@ -108,9 +108,22 @@ def reach(
 ) -> Reach:
     """Solve the leg for a wheel standing upright on every known cell within the leg's length.
 
-    collisions: checks for this robot, state and leg; without them no cell is FREE: those with a solution are UNSURE.
-    lift [m]: how far above the footfall the leg must be free too.
-    stride: only cells whose row and column are multiples of it.
+    Args:
+        robot: the rover.
+        dem: the ground, in site.
+        state: how the rover stands.
+        leg: number of the leg, from 0.
+        progress: called with a fraction 0…1 and a text; what it raises ends the work.
+        collisions: checks for this robot, state and leg; without them no cell is FREE: those with a solution are
+            UNSURE.
+        lift: how far above the footfall the leg must be free too [m].
+        stride: only cells whose row and column are multiples of it are looked at.
+
+    Returns:
+        Class, solution and margins of each cell.
+
+    Raises:
+        InvalidInput: the stride is below 1.
     """
     leg = robot.require_leg(leg)
     if stride < 1:

@@ -76,8 +76,16 @@ def _obstacle(blame: int) -> str:
 def explained(reason: int, blame: int, link: int, seat: float, sink: float, lift: float) -> str:
     """One cell's answer for a person.
 
-    reason: class; blame: the joint of JOINT_LIMIT, what is hit in a collision; link: index into PARTS of what hits.
-    seat: height of the wheel over the fitted ground [m]; sink: how much of that a wheel may sink in [m]; lift [m].
+    Args:
+        reason: class of the cell.
+        blame: the joint of JOINT_LIMIT, what is hit in a collision.
+        link: index into PARTS of what hits.
+        seat: height of the wheel over the fitted ground [m].
+        sink: how much of that a wheel may sink in [m].
+        lift: how far above the footfall the leg has to be free [m].
+
+    Returns:
+        One sentence.
     """
     text = CLASSES[reason][1]
     if reason == JOINT_LIMIT:

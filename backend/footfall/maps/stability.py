@@ -98,10 +98,22 @@ def with_friction(
     balance: BalanceSettings,
     at: NDArray[np.bool_],
 ) -> dict[str, Array]:
-    """Layers with friction cones on the real normals for the cells ``at`` (n,) of ``reached``, NaN elsewhere.
+    """Layers with friction cones on the real normals.
 
     "margin_friction", "margin_friction_conservative" [m]: to the equilibrium region (balance.region_candidates), and to
     what of it survives the loss of any one leg. "torque_ratio": least possible largest torque over its limit.
+
+    Args:
+        robot: the rover.
+        state: how the rover stands.
+        leg: number of the leg that is to step, from 0.
+        stance: the feet that stay.
+        reached: the cells (n,) that the leg reaches, with their postures.
+        balance: friction, gravity and payload.
+        at: (n,) the cells that are asked for.
+
+    Returns:
+        Name → (n,), NaN where not asked for.
     """
     postures, normals = reached.postures[at], reached.normals[at]
     _, coms = _coms(robot, state, leg, postures, balance)

@@ -52,11 +52,19 @@ class Contacts:
 def contacts(robot: Robot, dem: Dem, posture: ArrayLike, T_site_base: ArrayLike, legs: Sequence[int]) -> Contacts:
     """The contacts of some wheels; no wheel is asked whether it is down.
 
-    posture: (legs × 6,) [rad]; T_site_base: (4, 4).
-
     The contact lies where the wheel is lowest along the normal that the ground has at the contact: on a slope that is
     not the point lowest in height, but up to a wheel's radius times the slope uphill of it. At an edge of the ground
     there may be several such places: then it is the one that the wheel stands upright on, as a footfall is planned.
+
+    Args:
+        robot: the rover.
+        dem: the ground, in site.
+        posture: joint angles, (legs × 6,) [rad].
+        T_site_base: pose of the chassis, (4, 4).
+        legs: numbers of the wheels' legs, k of them.
+
+    Returns:
+        Points and normals (k, 3) each, in site [m].
     """
     Ts_site_wheel = [np.asarray(T_site_base, float) @ wheel_pose(robot, posture, leg) for leg in legs]
     found = _settled(robot, dem, Ts_site_wheel)
@@ -87,10 +95,20 @@ def _settled(robot: Robot, dem: Dem, Ts_site_wheel: Sequence[Array]) -> Contacts
 
 
 def wheel_gaps(robot: Robot, dem: Dem, posture: ArrayLike, T_site_base: ArrayLike, legs: Sequence[int]) -> Array:
-    """Least height of a wheel's rim over the ground below it, (k,) [m]; negative: under it, NaN: all unknown.
+    """Least height of wheels' rims over the ground below them.
 
     Cameras hardly ever see the ground under a standing wheel. Where it is unknown under the lowest part of the rim, it
     is taken to be as high as the highest known ground within a wheel's radius, but no higher than the rim.
+
+    Args:
+        robot: the rover.
+        dem: the ground, in site.
+        posture: joint angles, (legs × 6,) [rad].
+        T_site_base: pose of the chassis, (4, 4).
+        legs: numbers of the wheels' legs, k of them.
+
+    Returns:
+        Gaps (k,) [m]; negative: the rim is under the ground, NaN: all is unknown.
     """
     gaps = np.full(len(legs), np.nan)
     poses = link_poses(robot, posture)
@@ -113,7 +131,15 @@ def wheel_gaps(robot: Robot, dem: Dem, posture: ArrayLike, T_site_base: ArrayLik
 def standing(robot: Robot, dem: Dem, posture: ArrayLike, T_site_base: ArrayLike, legs: Sequence[int]) -> list[int]:
     """Those of some legs whose wheels stand, or are over ground that nobody saw.
 
-    posture: (legs × 6,) [rad]; T_site_base: (4, 4).
+    Args:
+        robot: the rover.
+        dem: the ground, in site.
+        posture: joint angles, (legs × 6,) [rad].
+        T_site_base: pose of the chassis, (4, 4).
+        legs: numbers of the legs that are asked about.
+
+    Returns:
+        Numbers of those that stand, in the same order.
     """
     gaps = wheel_gaps(robot, dem, posture, T_site_base, legs)
     return [leg for leg, gap in zip(legs, gaps, strict=True) if not gap > STANDING_GAP]

@@ -99,11 +99,23 @@ class Explanation:
 
 
 def suggest(found: Quality, count: int = 5, separation: float = 0.3, strictly: bool = True) -> Suggestions:
-    """The ``count`` best footfalls that lie at least ``separation`` [m] apart, best first.
+    """The best footfalls that lie far enough apart, best first.
 
     Greedy: the best cell, then the best that is far enough from those before; of equal ones the first by row, then
-    column. strictly: whether there are fewer where no other is far enough; else the rest are those that lie farthest
-    from all before. Raises InvalidInput for a count outside 1…MOST or a negative separation.
+    column.
+
+    Args:
+        found: quality of a stack.
+        count: how many, 1…MOST.
+        separation: least distance between two [m].
+        strictly: whether there are fewer where no other is far enough; else the rest are those that lie farthest from
+            all before.
+
+    Returns:
+        The footfalls, and why there are none or fewer.
+
+    Raises:
+        InvalidInput: the count is out of range, or the separation negative.
     """
     if not (isinstance(count, int) and 1 <= count <= MOST):
         raise InvalidInput(f"between 1 and {MOST} footfalls can be suggested", count=count)

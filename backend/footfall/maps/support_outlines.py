@@ -94,10 +94,18 @@ def support_of(
     legs: Sequence[int],
     balance: BalanceSettings | None = None,
 ) -> Support:
-    """What the wheels of ``legs`` hold in this posture. Of ``balance`` friction and the sides of its cones count.
+    """What the wheels of some legs hold in a posture.
 
-    posture: (legs × 6,) [rad]; T_site_base: (4, 4).
-    Without a terrain each wheel touches at its lowest point, and the equilibrium region is not known.
+    Args:
+        robot: the rover.
+        dem: the ground, in site; None: each wheel touches at its lowest point, and the equilibrium region is not known.
+        posture: joint angles, (legs × 6,) [rad].
+        T_site_base: pose of the chassis, (4, 4).
+        legs: numbers of the legs that stand.
+        balance: friction and the sides of its cones count; None: as delivered.
+
+    Returns:
+        Contacts, support polygons and equilibrium regions.
     """
     balance = balance or BalanceSettings()
     if dem is None:

@@ -31,12 +31,25 @@ _FINEST = 0.01
 def wheel_seat(
     robot: Robot, dem: Dem, contacts: Array, normals: Array, axles: Array, tolerance: float | None = None
 ) -> tuple[Array, Array]:
-    """Seat [m] and support (0…1), (n,) each, of wheels on contacts (n, 3) with unit normals (n, 3), in site.
+    """How high wheels come to sit on the ground at contacts, and how much of them is carried.
 
-    axles: (n, 3) unit vectors perpendicular to the normals. tolerance: how far ground may be from the wheel and still
-    carry [m]; what a wheel may sink in (``clearances.wheel_sink``) unless given. Unknown ground neither lifts the wheel
-    nor carries it. NaN where an input is, or no ground is known under the wheel. On a contact that lies on the ground
-    no seat is below 0; above a hollow it is the height, negative, to which the wheel comes down.
+    Unknown ground neither lifts the wheel nor carries it. On a contact that lies on the ground no seat is below 0;
+    above a hollow it is the height, negative, to which the wheel comes down.
+
+    Args:
+        robot: the rover.
+        dem: the ground, in site.
+        contacts: (n, 3) in site [m].
+        normals: (n, 3) unit, in site.
+        axles: (n, 3) unit, perpendicular to the normals.
+        tolerance: how far ground may be from the wheel and still carry [m]; None: what a wheel may sink in
+            (``clearances.wheel_sink``).
+
+    Returns:
+        Seats (n,) [m] and supports (n,) 0…1; NaN where an input is, or no ground is known under the wheel.
+
+    Raises:
+        InvalidInput: arrays of other shapes, or a tolerance that is not above zero or not below the wheel's radius.
     """
     arrays = [np.ascontiguousarray(a, float) for a in (contacts, normals, axles)]
     if any(a.ndim != 2 or a.shape != (len(arrays[0]), 3) for a in arrays):

@@ -22,7 +22,16 @@ def project(camera: Camera, points: ArrayLike) -> Array:
 
 
 def sight(camera: Camera, u: ArrayLike, v: ArrayLike) -> Array:
-    """Directions (…, 3) in the camera frame in which pixels look, with z = 1."""
+    """Directions in which pixels look.
+
+    Args:
+        camera: a pinhole, without distortion.
+        u: columns (…) [px].
+        v: rows (…) [px].
+
+    Returns:
+        Directions (…, 3) in the camera's frame, with z = 1.
+    """
     u, v = np.broadcast_arrays(np.asarray(u, float), np.asarray(v, float))
     return np.stack([(u - camera.cx) / camera.fx, (v - camera.cy) / camera.fy, np.ones(u.shape)], axis=-1)
 

@@ -49,10 +49,18 @@ def numbers_of(frame: TelemetryFrame) -> dict[str, NDArray[np.float32]]:
 def extremes(
     times: NDArray[np.float64], rows: NDArray[np.float32], edges: Sequence[int]
 ) -> tuple[NDArray[np.float64], NDArray[np.float32]]:
-    """Of each block of rows, between two edges, one or two: the least and the greatest number of every column.
+    """Of each block of rows, one or two: the least and the greatest number of every column.
 
     They come in the order in which the two were, at the first and the last time of the block. NaN is no number, and
     stays only where a block has no other.
+
+    Args:
+        times: (n,) of the rows [s], rising.
+        rows: (n, columns), each column in a unit of its own.
+        edges: numbers of the rows between which the blocks lie, rising.
+
+    Returns:
+        Times (m,) [s], and rows (m, columns).
     """
     moments: list[float] = []
     numbers: list[NDArray[np.float32]] = []
