@@ -17,10 +17,16 @@ Array = NDArray[np.float64]
 
 @value
 class Tether(Value):
-    """anchor: (3,) in site [m]. attachment: (3,) where it leaves the drum, in base, on or above the chassis [m].
+    """A tether from an anchor in the ground to a drum on the chassis.
 
-    most_force: of the drum [N]. free_length: that can be paid out [m]; speed: of paying out and hauling in [m/s].
-    clearance: from the ground and from the legs [m]; bare: how much of it next to the anchor may lie on the ground [m].
+    Attributes:
+        anchor: (3,) in site [m].
+        attachment: (3,) where it leaves the drum, in base, on or above the chassis [m].
+        most_force: most pull of the drum [N].
+        free_length: length that can be paid out [m].
+        speed: of paying out and hauling in [m/s].
+        clearance: from the ground and from the legs [m].
+        bare: how much of it next to the anchor may lie on the ground [m].
     """
 
     anchor: NDArray[np.float64]
@@ -42,12 +48,29 @@ class Tether(Value):
             raise InvalidInput(f"a tether's clearance is at most {MOST_CLEARANCE:g} m", clearance=self.clearance)
 
     def lengths(self, Ts_site_base: ArrayLike) -> Array:
-        """From anchor to attachment with the chassis at poses (n, 4, 4), (n,) [m]."""
+        """How far anchor and attachment are apart with the chassis at each pose.
+
+        Args:
+            Ts_site_base: poses of the chassis, (n, 4, 4).
+
+        Returns:
+            Lengths (n,) [m].
+        """
         Ts = np.asarray(Ts_site_base, float)
         return np.linalg.norm(self.anchor - Ts[:, :3, 3] - Ts[:, :3, :3] @ self.attachment, axis=1)
 
     def pull(self, T_site_base: Array) -> tuple[Array, Array]:
-        """Where it pulls, and where to, unit, (3,) each in site [m]. Raises InvalidInput where it has no length."""
+        """Where the tether pulls at the chassis, and where to.
+
+        Args:
+            T_site_base: pose of the chassis, (4, 4).
+
+        Returns:
+            The attachment (3,) in site [m], and the unit direction (3,) to the anchor in site.
+
+        Raises:
+            InvalidInput: the tether is shorter than SHORTEST and has no direction.
+        """
         at = apply(T_site_base, self.attachment)
         length = float(np.linalg.norm(self.anchor - at))
         if not length > SHORTEST:

@@ -16,9 +16,18 @@ def load_robot(name_or_path: Literal["athlete"]) -> Robot: ...
 @overload
 def load_robot(name_or_path: str | Path) -> Robot | LeggedRobot: ...
 def load_robot(name_or_path: str | Path) -> Robot | LeggedRobot:
-    """A robot by its name ("athlete", "ambler"), or by the path of a description file or of a robot.toml beside a URDF.
+    """Load a robot of those that ship with FootFall, or one that others described.
 
-    Raises NotFound where there is no such robot, InvalidRobot where its description can't be used.
+    Args:
+        name_or_path: its name ("athlete", "ambler"), or the path of a description file, of the folder that holds one,
+            or of a robot.toml beside a URDF.
+
+    Returns:
+        A Robot of ATHLETE's build, or a LeggedRobot where its file names a URDF.
+
+    Raises:
+        NotFound: there is no robot of that name, and no file at that path.
+        InvalidRobot: its description can't be used; the message says what would be right.
     """
     return load_legged(name_or_path) if is_legged(name_or_path) else load_shipped(name_or_path)
 

@@ -23,13 +23,26 @@ def make_sequence(
     dem: Dem | None = None,
     settings: SequenceSettings | None = None,
 ) -> Sequence:
-    """Commands of a step or walk, an execution of one, or a move of the chassis.
+    """Make the commands of a step or walk, of an execution of one, or of a move of the chassis.
 
     As :func:`footfall.sequence.make.make_sequence`, and :func:`footfall.sequence.of_legged.make_legged_sequence` for a
-    robot that others described, which needs ``robot`` and ``dem``.
+    robot that others described.
 
-    Without ``robot`` the one that the plan names by digest is taken, where it ships with FootFall.
-    Raises InvalidSequence where it does not, and where plan and robot are of different kinds.
+    Args:
+        plan: what is to be commanded; of a result it is ``result.plan``.
+        robot: the one that it was planned with; None: the one that the plan names by digest, where it ships with
+            FootFall. A robot that others described must be given.
+        dem: the ground, in site; None: what the motion hits and what holds the rover is not checked. A robot that
+            others described needs it.
+        settings: with what commands are made and checked; None: clearance, balance preference and payload are the
+            plan's own, all else as delivered.
+
+    Returns:
+        The commands in order, with what each rule says of each row.
+
+    Raises:
+        InvalidSequence: the plan is another robot's, goes nowhere or moves more than its leg; or its robot, needed
+            here, is not given and does not ship with FootFall.
     """
     if isinstance(plan, LeggedPlan):
         if not isinstance(robot, LeggedRobot) or dem is None:

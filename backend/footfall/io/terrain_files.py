@@ -65,16 +65,26 @@ def read_terrain(
     up: str | None = None,
     pose: Sequence[float] | None = None,
 ) -> Dem:
-    """Read a terrain file; the ending of its name says which kind it is (see the module docstring).
+    """Read a terrain file; the ending of its name says which kind it is (see the module).
 
-    resolution: cell size wanted [m], after scaling; None keeps the file's (meshes: as fine as their detail).
-    scale: multiplies all coordinates, heights too, such as feet to metres.
-    center: True moves the middle of the map to (0, 0); a point (x, y) [m] becomes (0, 0).
-    size, height_range: of a height image only, and needed there: (east, north) extent of the whole
-    picture and (height of black, height of white) [m].
-    most_error: how far, vertically, a mesh's own surface may be from that of the cells [m]; None: MOST_ERROR.
-    unit, up, pose: of a scan that does not say what its coordinates mean; see :mod:`footfall.io.scan_terrain`.
-    Raises NotFound, or InvalidTerrain saying what is wrong with the file and what would be right.
+    Args:
+        path: the file.
+        resolution: side of the cells [m], after scaling; None: the file's (meshes: as fine as their detail).
+        scale: factor on all coordinates, heights too, such as feet to metres.
+        center: True moves the middle of the map to (0, 0); a point (x, y) [m] becomes (0, 0); None: no move.
+        size: (east, north) extent of a whole height image [m]; needed there, and there only.
+        height_range: (height of black, height of white) of a height image [m]; needed there, and there only.
+        most_error: how far, vertically, a mesh's own surface may be from that of the cells [m]; None: MOST_ERROR.
+        unit: of a scan's coordinates, where the file does not say; see :mod:`footfall.io.scan_terrain`.
+        up: axis of a scan that points up, where the file does not say.
+        pose: where a scan's sensor was: x, y, z [m] in site and the quaternion w, x, y, z; None: points are in site.
+
+    Returns:
+        The ground as heights at the centres of cells, site frame [m].
+
+    Raises:
+        NotFound: there is no such file.
+        InvalidTerrain: it is too large or can't be used; the message says what is wrong and what would be right.
     """
     path = Path(path)
     if not path.is_file():

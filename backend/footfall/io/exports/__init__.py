@@ -76,13 +76,21 @@ def export(
     robot: Robot | None = None,
     first_row: int = 1,
 ) -> bytes:
-    """The sequence in one of FORMATS, also written to ``path`` where one is given.
+    """Write a sequence in one of FORMATS.
 
-    robot: what the pictures of "html" show; None: the one of that name that ships with FootFall. first_row: number
-    of the first row; files of 2026-11-25 and before count from 0.
+    Args:
+        sequence: the commands; every rule must hold.
+        format: one of FORMATS.
+        path: the file to write as well; None: nothing is written.
+        robot: what the pictures of "html" show; None: the one of that name that ships with FootFall.
+        first_row: number of the first row; files of 2026-11-25 and before count from 0.
 
-    Raises InvalidSequence where a rule does not hold (naming row and rule) or the format can't carry it, NotFound for
-    an unknown format or a missing folder.
+    Returns:
+        The content of the file.
+
+    Raises:
+        NotFound: there is no such format, or no folder to write to.
+        InvalidSequence: a rule does not hold, named with its row, or the format can't carry these commands.
     """
     if format not in FORMATS:
         raise NotFound(f"there is no export format {format!r}; there are {', '.join(FORMATS)}", format=format)

@@ -38,16 +38,26 @@ def read_sequence(
     state: RobotState | LeggedState | None = None,
     settings: SequenceSettings | None = None,
 ) -> Sequence:
-    """Commands from a file, with every rule checked: JSON, CSV, SeqJSON, F Prime text (.seq), Yamcs (.ycs), or MCAP.
+    """Read commands from a file and check every rule.
 
-    robot: None takes the one of the file's name, where it ships with FootFall.
-    dem: without it what the motion hits isn't checked, and the rule terrain-given fails where anything moves.
-    A robot that others described needs both ``robot`` and ``dem``.
-    state: from where the commands start, instead of what the file says; CSV and Yamcs stacks don't say.
-    What the file claims of predictions and rules is not read.
+    Files are JSON, CSV, SeqJSON, F Prime text (.seq), Yamcs (.ycs), or MCAP. What one claims of predictions and rules
+    is not read. A broken rule is no error: the sequence is then not valid.
 
-    Raises NotFound where there is no such file, InvalidSequence, naming file and place, where it can't be used.
-    A broken rule is no error: the sequence is then not valid.
+    Args:
+        path: the file; the ending of its name says which kind it is.
+        robot: whose commands they are; None: the one of the file's name, where it ships with FootFall. A robot that
+            others described must be given.
+        dem: the ground, in site; without it what the motion hits isn't checked, and the rule terrain-given fails where
+            anything moves. A robot that others described needs it.
+        state: from where the commands start, instead of what the file says; CSV and Yamcs stacks don't say.
+        settings: with what the rules are checked; None: as delivered.
+
+    Returns:
+        The sequence with what each rule says of each row.
+
+    Raises:
+        NotFound: there is no such file.
+        InvalidSequence: it can't be used; the message names file and place.
     """
     path = Path(path)
     if not path.is_file():

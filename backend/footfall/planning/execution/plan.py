@@ -48,13 +48,24 @@ def plan_execution(
     commanded: ArrayLike | None = None,
     progress: Progress = no_progress,
 ) -> ExecutionResult:
-    """What to command so that the yielding rover makes the step ``plan``, checked where it is predicted to be.
+    """Plan what to command so that the yielding rover makes the step ``plan``, checked where it is predicted to be.
 
-    state: as measured now, where the plan starts. commanded: (legs × 6,) the present set points; None: from the
-    measured torques, posture + torque / stiffness. progress: may raise Cancelled.
+    Args:
+        robot: the rover.
+        dem: the ground, in site.
+        state: as measured now, where the plan starts.
+        plan: the step, as ``plan_step`` has it.
+        settings: how it is commanded and how the rover sags; None: as delivered.
+        commanded: the present set points, (legs × 6,) [rad]; None: from the measured torques, posture + torque /
+            stiffness.
+        progress: called with a fraction 0…1 and a text; may raise Cancelled.
 
-    Returns a result; a step that can't be executed is a result with a reason. Raises InvalidInput where plan, state or
-    settings are of another robot or make no sense.
+    Returns:
+        The answer; a step that can't be executed is an answer with a reason.
+
+    Raises:
+        InvalidInput: plan, state or settings are of another robot or make no sense.
+        Cancelled: ``progress`` raised it.
     """
     settings, provenance = asked_of(robot, dem, state, plan, settings)
 

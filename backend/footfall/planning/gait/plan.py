@@ -49,10 +49,25 @@ def plan_gait(
     settings: GaitSettings | None = None,
     progress: Progress = no_progress,
 ) -> GaitResult:
-    """The gait to ``goal``: a WalkGoal, or x, y [m] and, if it matters, yaw [rad] in site; it may be to turn in place.
+    """Plan a gait to ``goal``; it may be to turn in place.
 
-    gait: replaces that of ``settings`` unless None. progress: may raise Cancelled. Raises InvalidInput where arguments
-    make no sense. The same arguments give the same answer.
+    The same arguments give the same answer.
+
+    Args:
+        robot: the rover.
+        dem: the ground, in site.
+        state: how the rover stands at first.
+        goal: a WalkGoal, or x, y [m] and, if it matters, yaw [rad] in site.
+        gait: replaces that of ``settings``; None: theirs.
+        settings: with what is planned and checked; None: as delivered.
+        progress: called with a fraction 0…1 and a text; may raise Cancelled.
+
+    Returns:
+        The answer; a gait that a check refuses is an answer with a reason.
+
+    Raises:
+        InvalidInput: goal or settings make no sense, or the state is of another robot.
+        Cancelled: ``progress`` raised it.
     """
     settings = settings or GaitSettings()
     settings = settings if gait is None else replace(settings, gait=gait)

@@ -55,11 +55,24 @@ def compute_maps(
     settings: LeggedSettings | None = None,
     progress: Progress = no_progress,
 ) -> MapStack:
-    """Where one step of ``leg`` leads from a state: the class of each cell, what refuses it, and the least margins.
+    """Map where one step of ``leg`` leads from a state: class of each cell, what refuses it, and the least margins.
 
     Margins are those of a whole foot move and stand at green cells alone, NaN elsewhere; "margin" is with the foot
-    down. Cells near the foot are looked at first; what ``time_limit`` leaves over is not proven. Raises InvalidInput
-    for a leg that the robot does not have and for another robot's state; what ``progress`` raises.
+    down. Cells near the foot are looked at first; what ``time_limit`` leaves over is not proven.
+
+    Args:
+        robot: the robot.
+        dem: the ground, in site.
+        state: how the robot stands.
+        leg: number of the leg that is to step, from 0.
+        settings: with what cells are judged; None: as delivered.
+        progress: called with a fraction 0…1 and a text; what it raises ends the work.
+
+    Returns:
+        Layers (rows, cols) on the grid of the terrain.
+
+    Raises:
+        InvalidInput: the robot has no such leg, or the state is of another robot.
     """
     settings = settings or LeggedSettings()
     leg = robot.require_leg(leg)

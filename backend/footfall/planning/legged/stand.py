@@ -20,9 +20,21 @@ def stand(
     yaw: float = 0.0,
     settings: LeggedSettings | None = None,
 ) -> LeggedState:
-    """The state of a robot whose chassis is near (x, y) [m] with heading yaw [rad], each foot near its place at ease.
+    """Stand a robot with its chassis near (x, y) with heading yaw, each foot near its place at ease.
 
-    Raises InvalidInput where there is none, saying what refused it and by how much.
+    Args:
+        robot: the robot.
+        dem: the ground, in site.
+        x: east, of the chassis' origin in site [m].
+        y: north, of the chassis' origin in site [m].
+        yaw: heading of the chassis in site [rad].
+        settings: with what the stance is checked; None: as delivered.
+
+    Returns:
+        The state of the robot at rest.
+
+    Raises:
+        InvalidInput: there is no such stance; the message says what refused it and by how much.
     """
     return stand_on(Ground(robot, dem, settings or LeggedSettings()), x, y, yaw)
 

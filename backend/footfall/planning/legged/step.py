@@ -33,9 +33,21 @@ def plan_step(
     target: tuple[float, float],
     settings: LeggedSettings | None = None,
 ) -> LeggedResult:
-    """Plan how ``leg`` goes onto ``target``, (x, y) in site [m]; the chassis shifts as far as the other feet need it.
+    """Plan how ``leg`` goes onto ``target``; the chassis shifts as far as the other feet need it.
 
-    Raises InvalidInput for a leg that the robot does not have and for another robot's state.
+    Args:
+        robot: the robot.
+        dem: the ground, in site.
+        state: how the robot stands.
+        leg: number of the leg that steps, from 0.
+        target: where its foot is to touch, (x, y) in site [m].
+        settings: with what is planned and checked; None: as delivered.
+
+    Returns:
+        The answer; a step that can't be made is an answer with a reason.
+
+    Raises:
+        InvalidInput: the robot has no such leg, the target is not finite, or the state is of another robot.
     """
     settings = settings or LeggedSettings()
     robot.require_leg(leg)

@@ -77,9 +77,21 @@ def plan_walk(
 ) -> LeggedResult:
     """Plan a walk from a state, its feet near their places at ease, until the chassis is over the goal.
 
-    goal: a WalkGoal, or x, y [m] and, if it matters, yaw [rad] in site; without yaw the heading is kept.
-    "No" is an answer: its status, its reason with amounts, whether a thinner margin would do, and the part of the walk
-    that was found. Raises InvalidInput for another robot's state.
+    Args:
+        robot: the robot.
+        dem: the ground, in site.
+        state: how the robot stands at first.
+        goal: a WalkGoal, or x, y [m] and, if it matters, yaw [rad] in site; without yaw the heading is kept.
+        settings: with what is planned and checked; None: as delivered.
+        progress: called with a fraction 0…1 and a text; may raise Cancelled.
+
+    Returns:
+        The answer. Of "no": its status, its reason with amounts, whether a thinner margin would do, and the part of the
+        walk that was found.
+
+    Raises:
+        InvalidInput: the goal makes no sense, or the state is of another robot.
+        Cancelled: ``progress`` raised it.
     """
     goal = goal_of(goal)
     settings, began = settings or LeggedSettings(), time.monotonic()

@@ -40,15 +40,29 @@ def plan_route(
     progress: Progress = no_progress,
     look: LookForFootfalls = feasible_ground,
 ) -> RouteResult:
-    """Plan the cheapest way of the chassis from where it is to ``goal``, x and y [m] in site.
+    """Plan the cheapest way of the chassis from where it is to ``goal``.
 
     What it costs over a cell is that at the cheapest heading. Where turning costs, the way found so gets its cheapest
     headings; searched ``together``, it is another way where that is cheaper with its turns. Which footfalls are taken
     is not said: see ``plan_walk``.
-    look: asked where the cost is "feasible". progress: may raise Cancelled. Returns a result; where there is no way it
-    says why. Raises InvalidInput where goal or settings make no sense, the state is of another robot, the robot is one
-    that others described or has no posture "stand", or feasible traversability is asked for a robot that does not have
-    six legs evenly around.
+
+    Args:
+        robot: the rover, of ATHLETE's build.
+        dem: the ground, in site.
+        state: how the rover stands at first.
+        goal: where the chassis is to be, (x, y) in site [m].
+        settings: what the way costs and must not cross; None: as delivered.
+        progress: called with a fraction 0…1 and a text; may raise Cancelled.
+        look: what makes feasible traversability of the map, asked where the cost is "feasible".
+
+    Returns:
+        The answer; where there is no way it says why.
+
+    Raises:
+        InvalidInput: goal or settings make no sense, the state is of another robot, the robot is one that others
+            described or has no posture "stand", or feasible traversability is asked for a robot that does not have six
+            legs evenly around.
+        Cancelled: ``progress`` raised it.
     """
     if isinstance(robot, LeggedRobot):
         known = ", ".join(robot.postures) or "none"

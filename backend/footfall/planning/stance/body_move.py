@@ -79,8 +79,22 @@ def plan_body_move(
 ) -> BodyMoveResult:
     """Plan how the chassis goes straight to where ``shift`` puts it: standing wheels locked, legs in the air unmoved.
 
-    progress: may raise Cancelled. Returns a result; a move that can't be made is a result with a reason. Raises
-    InvalidInput where shift or settings make no sense or the state is of another robot. Nothing in it is random.
+    Nothing in it is random.
+
+    Args:
+        robot: the rover.
+        dem: the ground, in site.
+        state: how the rover stands at first.
+        shift: how the chassis is to move, from where it is.
+        settings: with what the move is checked; None: as delivered.
+        progress: called with a fraction 0…1 and a text; may raise Cancelled.
+
+    Returns:
+        The answer; a move that can't be made is an answer with a reason.
+
+    Raises:
+        InvalidInput: shift or settings make no sense, or the state is of another robot.
+        Cancelled: ``progress`` raised it.
     """
     require_same_robot(robot, state)
     require_shift(shift)

@@ -18,10 +18,16 @@ FARTHEST = 5.0
 class BodyShift(Value):
     """How the chassis is to move, from where it is.
 
-    dx, dy, dz: of the base's origin, along the axes of the site (east, north, up) [m].
-    droll, dpitch, dyaw: turn about the base's own axes as they are now (x forward, y left, z up) [rad]:
     R_site_base′ = R_site_base · Rz(dyaw) · Ry(dpitch) · Rx(droll). Where the chassis is level, dyaw turns it about the
     vertical, dpitch > 0 lowers its front and droll > 0 lowers its right side.
+
+    Attributes:
+        dx: of the base's origin, along x of the site, east [m].
+        dy: of the base's origin, along y of the site, north [m].
+        dz: of the base's origin, along z of the site, up [m].
+        droll: turn about the base's own x as it is now, forward [rad].
+        dpitch: turn about the base's own y as it is now, left [rad].
+        dyaw: turn about the base's own z as it is now, up [rad].
     """
 
     dx: float = 0.0
@@ -44,7 +50,14 @@ class BodyShift(Value):
         return np.array([self.dx, self.dy, self.dz, self.droll, self.dpitch, self.dyaw], float)
 
     def applied(self, T_site_base: Array) -> Array:
-        """T_site_base′ (4, 4) of the chassis at T_site_base after the shift; the same array for no shift."""
+        """Move a chassis by the shift.
+
+        Args:
+            T_site_base: pose of the chassis before, (4, 4).
+
+        Returns:
+            T_site_base′ (4, 4) after it, equal to the one before where the shift is none.
+        """
         T = np.array(T_site_base, float)
         if self.vector.any():
             T[:3, :3] = T[:3, :3] @ rotation_rpy(self.droll, self.dpitch, self.dyaw)
@@ -53,9 +66,17 @@ class BodyShift(Value):
 
     @classmethod
     def between(cls, T_site_base: Array, T_site_moved: Array) -> "BodyShift":
-        """The shift that takes a chassis from one pose (4, 4) to another: backwards :meth:`applied`, |dpitch| < π/2.
+        """The shift that takes a chassis from one pose to another: backwards :meth:`applied`, |dpitch| < π/2.
 
-        Raises InvalidInput where it is farther than FARTHEST.
+        Args:
+            T_site_base: pose of the chassis before, (4, 4).
+            T_site_moved: pose of the chassis after, (4, 4).
+
+        Returns:
+            The shift, at most FARTHEST along each axis.
+
+        Raises:
+            InvalidInput: the poses are farther apart than that.
         """
         R = np.asarray(T_site_base, float)[:3, :3].T @ np.asarray(T_site_moved, float)[:3, :3]
         dx, dy, dz = np.asarray(T_site_moved, float)[:3, 3] - np.asarray(T_site_base, float)[:3, 3]

@@ -56,16 +56,30 @@ def find_shift(
     settings: FindShiftSettings | None = None,
     progress: Progress = no_progress,
 ) -> ShiftResult:
-    """The smallest shift of the chassis from which ``leg`` can step onto (x, y) in site [m], and the move to it.
+    """Find the smallest shift of the chassis from which ``leg`` can step onto a target, and the move to it.
 
     "Can" is what the step planner asks of start and goal: the leg lifted straight up from its place, and lowered
-    straight onto the footfall, free of collisions, held by the other feet with ``least_margin`` and by the motors.
-    The swing between is not planned. Smallest in the cost of ShiftResult, as far as the search finds it: it is
-    heuristic, so there may be a smaller shift, or one where it found none. Where none keeps the reserves of the
-    settings one without is given, and the reason says so. It is deterministic, nothing is random, unless the time limit
-    cuts it short. progress: may raise Cancelled.
+    straight onto the footfall, free of collisions, held by the other feet with ``least_margin`` and by the motors. The
+    swing between is not planned. Smallest in the cost of ShiftResult, as far as the search finds it: it is heuristic,
+    so there may be a smaller shift, or one where it found none. Where none keeps the reserves of the settings one
+    without is given, and the reason says so. It is deterministic, nothing is random, unless the time limit cuts it
+    short.
 
-    Raises InvalidInput where leg, target or settings make no sense or the state is of another robot.
+    Args:
+        robot: the rover.
+        dem: the ground, in site.
+        state: how the rover stands.
+        leg: number of the leg that is to step, from 0.
+        target_xy: where its wheel is to touch, (x, y) in site [m].
+        settings: how far to look, and what is kept; None: as delivered.
+        progress: called with a fraction 0…1 and a text; may raise Cancelled.
+
+    Returns:
+        The answer; where no shift is found it says what limits, by how much.
+
+    Raises:
+        InvalidInput: leg, target or settings make no sense, or the state is of another robot.
+        Cancelled: ``progress`` raised it.
     """
     leg = robot.require_leg(leg)
     settings = settings or FindShiftSettings()

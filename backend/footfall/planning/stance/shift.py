@@ -24,14 +24,24 @@ Array = NDArray[np.float64]
 
 
 def shifted_state(robot: Robot, dem: Dem, state: RobotState, shift: BodyShift) -> PredictedState | ShiftRefused:
-    """The rover with its chassis shifted and every standing wheel locked where it stands.
+    """Shift the chassis, every standing wheel locked where it stands, and predict the state.
 
     A wheel stands where maps.standing says so, also over ground that nobody saw; a leg in the air keeps its joint
-    angles. Each leg stays on the branch of its inverse kinematics: the posture is the one that a continuous move
-    leads to (see follow.py). Forces are those of least norm inside friction, torques those that hold, as for ``stand``.
+    angles. Each leg stays on the branch of its inverse kinematics: the posture is the one that a continuous move leads
+    to (see follow.py). Forces are those of least norm inside friction, torques those that hold, as for ``stand``.
     Collisions are not looked at: plan_body_move does.
 
-    Raises InvalidInput where the state is of another robot or shift is no BodyShift.
+    Args:
+        robot: the rover.
+        dem: the ground, in site.
+        state: how the rover stands.
+        shift: how the chassis is to move, from where it is.
+
+    Returns:
+        The state there, or why the chassis can't be there with the feet where they are.
+
+    Raises:
+        InvalidInput: the state is of another robot, or shift is no BodyShift.
     """
     require_same_robot(robot, state)
     require_shift(shift)

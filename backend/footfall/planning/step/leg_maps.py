@@ -24,10 +24,25 @@ def compute_maps(
     progress: Progress = no_progress,
     preview: Callable[[MapStack], None] | None = None,
 ) -> MapStack:
-    """Traversability, reachability, stability and quality of ``leg`` on the cells of the terrain: see ``map_stack``.
+    """Map where ``leg`` can step to: traversability, reachability, stability and quality of each cell of the terrain.
 
-    Where the settings ask for it (``lift_off``, with ``collisions``) no cell is green for a leg that a step could not
-    begin with; why is told once, in ``not_lifted``.
+    See ``map_stack``. Where the settings ask for it (``lift_off``, with ``collisions``) no cell is green for a leg that
+    a step could not begin with; why is told once, in ``not_lifted``.
+
+    Args:
+        robot: the rover.
+        dem: the ground, in site.
+        state: how the rover stands.
+        leg: number of the leg that is to step, from 0.
+        settings: with what cells are judged; None: as delivered.
+        progress: called with a fraction 0…1 and a text; what it raises ends the work.
+        preview: called with maps of every fourth cell before the fine ones are made; None: there are none.
+
+    Returns:
+        Layers (rows, cols) on the grid of the terrain; the same input gives the same digest.
+
+    Raises:
+        InvalidInput: the rover has no such leg, or the state is of another robot.
     """
     settings = settings or MapSettings()
     return map_stack(

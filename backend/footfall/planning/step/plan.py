@@ -61,16 +61,31 @@ def plan_step(
     explain: bool = False,
     instead: Sequence[Place] | None = None,
 ) -> PlanResult:
-    """Plan how ``leg`` steps onto ``target``, (x, y) in site [m].
+    """Plan how ``leg`` steps onto ``target``.
 
-    planner, seed: replace those of ``settings`` unless left at "auto" and None. progress: called at least every 0.3 s;
-    may raise Cancelled. through: points, site [m], that the wheel's centre passes during the swing, in this order.
-    explain: the result says what was tried and taken, and why; that takes a few hundredths of a second. instead: a
-    refusal for unknown ground names the nearest good place; the places, nearest first, that maps call good.
+    The same arguments give the same plan in any process, unless the time limit cuts a search short.
 
-    Returns a result; a step that can't be made is a result with a reason. Raises InvalidInput where leg, target,
-    points or settings make no sense or the state is of another robot. The same arguments give the same plan in any
-    process, unless the time limit cuts a search short.
+    Args:
+        robot: the rover.
+        dem: the ground, in site.
+        state: how the rover stands; the chassis and the other legs stay so.
+        leg: number of the leg that steps, from 0.
+        target: where its wheel is to touch, (x, y) in site [m].
+        planner: replaces that of ``settings``; "auto": theirs.
+        seed: replaces that of ``settings``; None: theirs.
+        settings: with what is planned and checked; None: as delivered.
+        progress: called with a fraction 0…1 and a text at least every 0.3 s; may raise Cancelled.
+        through: points (x, y, z) in site [m] that the wheel's centre passes during the swing, in this order.
+        explain: whether the result says what was tried and taken, and why; that takes a few hundredths of a second.
+        instead: places (x, y) [m] that maps call good, nearest first: a refusal for unknown ground names the nearest
+            good one; None: it names none.
+
+    Returns:
+        The answer; a step that can't be made is an answer with a reason.
+
+    Raises:
+        InvalidInput: leg, target, points or settings make no sense, or the state is of another robot.
+        Cancelled: ``progress`` raised it.
     """
     leg = robot.require_leg(leg)
     settings = settings or StepSettings()

@@ -74,13 +74,27 @@ def plan_walk(
     progress: Progress = no_progress,
     tether: Tether | None = None,
 ) -> WalkResult:
-    """Plan a walk to ``goal``: a WalkGoal, or x, y [m] and, if it matters, yaw [rad] in site.
+    """Plan a walk to ``goal``.
 
-    seed: replaces that of ``settings`` unless None. progress: may raise Cancelled. tether: that the rover hangs on.
-    Returns a result; a walk that is
-    not found is a result with a reason, and with the walk that comes nearest. Raises InvalidInput where goal or
-    settings make no sense or the state is of another robot, NotFound for a posture that the robot does not have. The
-    same arguments give the same walk in any process, unless the time limit cuts search or smoothing short.
+    The same arguments give the same walk in any process, unless the time limit cuts search or smoothing short.
+
+    Args:
+        robot: the rover.
+        dem: the ground, in site.
+        state: how the rover stands at first.
+        goal: a WalkGoal, or x, y [m] and, if it matters, yaw [rad] in site.
+        seed: replaces that of ``settings``; None: theirs.
+        settings: with what is planned and checked; None: as delivered.
+        progress: called with a fraction 0…1 and a text; may raise Cancelled.
+        tether: that the rover hangs on; None: none.
+
+    Returns:
+        The answer; a walk that is not found is an answer with a reason, and with the walk that comes nearest.
+
+    Raises:
+        InvalidInput: goal or settings make no sense, or the state is of another robot.
+        NotFound: the robot does not have the posture that ``settings.smoothing`` names.
+        Cancelled: ``progress`` raised it.
     """
     settings = settings or WalkSettings()
     if not isinstance(settings, WalkSettings):

@@ -37,16 +37,29 @@ def stand(
     posture: str = AT_EASE,
     tether: Tether | None = None,
 ) -> RobotState:
-    """The state of a rover that stands at (x, y) [m] with heading yaw [rad], chassis level where that can be.
+    """Stand a rover at (x, y) with heading yaw, its chassis level where that can be.
 
     The level stance is that of :func:`footfall.planning.stance.stand.stand`. Where there is none, and the posture is
     "stand", a search of some seconds sets the feet anywhere near; the chassis then is within 0.15 m and 0.15 rad of
-    what was asked, and leans at most 0.6 rad to each side. A walk may begin in what it finds.
+    what was asked, and leans at most 0.6 rad to each side. A walk may begin in what it finds. On a tether the search
+    alone is asked, and leaning is counted from the slope.
 
-    On a tether the search alone is asked, leaning is counted from the slope, and the posture is of no account.
+    Args:
+        robot: the rover.
+        dem: the ground, in site.
+        x: east, of the chassis' origin in site [m].
+        y: north, of the chassis' origin in site [m].
+        yaw: heading of the chassis in site [rad].
+        posture: name of the posture that the stance is to come near; of no account on a tether.
+        tether: that the rover hangs on; None: none.
 
-    Raises InvalidInput where both find nothing: the ground under a wheel is unknown, a leg can't reach it, the rover
-    would collide, or no contact forces hold it; NotFound for an unknown posture.
+    Returns:
+        The state of the rover at rest, at time 0.
+
+    Raises:
+        InvalidInput: both find nothing: the ground under a wheel is unknown, a leg can't reach it, the rover would
+            collide, or no contact forces hold it.
+        NotFound: the robot has no posture of that name.
     """
     if tether is not None:
         return hanging(robot, dem, x, y, yaw, tether)

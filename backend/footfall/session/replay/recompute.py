@@ -101,10 +101,19 @@ def replay(
     progress: Progress = no_progress,
     recipes: Mapping[str, Recipe] = PRODUCTS,
 ) -> ReplayReport:
-    """Replay a session: a bundle (folder, zip file, or the bytes of a zip) or the folder of one in a working folder.
+    """Replay a session and compare what comes out with what was recorded.
 
-    check: recompute every product; else only fold the log and verify the files.
-    A session that can't be read at all gives a report with that problem.
+    Args:
+        bundle: a folder, a zip file, the bytes of a zip, or the folder of a session in a working folder.
+        check: whether every product is recomputed; else the log is only folded and the files are verified.
+        progress: called with a fraction 0…1 and a text; may raise Cancelled.
+        recipes: kind of product → what computes it; as delivered, those of FootFall.
+
+    Returns:
+        What each product came out as; of a session that can't be read at all a report with that problem.
+
+    Raises:
+        Cancelled: ``progress`` raised it.
     """
     name = "bundle" if isinstance(bundle, bytes) else os.path.basename(os.fspath(bundle).rstrip("/"))
     try:
