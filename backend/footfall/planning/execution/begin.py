@@ -65,7 +65,16 @@ def require_fit(robot: Robot, state: RobotState, parents: Mapping[str, str]) -> 
 
 
 def moved(state: RobotState, posture: Array, T_site_base: Array) -> str:
-    """How far the rover is from where a plan starts, (legs × 6,) and (4, 4); empty where it is there."""
+    """How far the rover is from where a plan starts, for a person.
+
+    Args:
+        state: how the rover stands.
+        posture: that the plan starts from, (legs × 6,) [rad].
+        T_site_base: pose of the chassis that it starts from, (4, 4).
+
+    Returns:
+        One sentence; empty where the rover is there.
+    """
     joints = float(np.abs(state.posture - posture).max())
     chassis = float(np.linalg.norm(state.T_site_base[:3, 3] - T_site_base[:3, 3]))
     if joints > MOVED_Q or chassis > MOVED:
@@ -84,8 +93,17 @@ def beginning(
 ) -> Beginning | No:
     """The rover of a state, or why it can't begin there.
 
-    commanded: (legs × 6,) the present set points; None: posture + torque / stiffness. reach_out: ground seen so far
-    beyond feet and chassis [m]. rest: the predicted one that the state is of; None: it was measured.
+    Args:
+        robot: the rover.
+        dem: the ground, in site.
+        state: telemetered, or of a predicted rest.
+        settings: how the rover sags, and what is asked of it.
+        commanded: the present set points, (legs × 6,) [rad]; None: posture + torque / stiffness.
+        reach_out: ground is seen so far beyond feet and chassis [m].
+        rest: the predicted one that the state is of; None: it was measured.
+
+    Returns:
+        The rover at rest on its ground, or the refusal.
     """
     stance = stance_of(robot, dem, state, settings.clearance, reach_out)
     if isinstance(stance, No):

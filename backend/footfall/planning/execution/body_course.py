@@ -91,7 +91,16 @@ class BodyCourse:
 
 
 def faded(T_site_base: Array, planned: Array, shares: Array) -> Array:
-    """The planned poses (n, 4, 4), begun from T_site_base: how far that is off the first fades as shares go 0…1."""
+    """Planned poses, begun from where the chassis is: how far that is off the first one fades.
+
+    Args:
+        T_site_base: pose of the chassis now, (4, 4).
+        planned: (n, 4, 4).
+        shares: (n,) of the way, 0…1.
+
+    Returns:
+        Poses (n, 4, 4), the first where the chassis is, the last as planned.
+    """
     off = T_site_base[:3, 3] - planned[0, :3, 3]
     turned = Rotation.from_matrix(T_site_base[:3, :3] @ planned[0, :3, :3].T).as_rotvec()
     left = (1.0 - shares)[:, None]

@@ -33,16 +33,26 @@ def plan_body_execution(
     commanded: ArrayLike | None = None,
     progress: Progress = no_progress,
 ) -> BodyExecutionResult:
-    """What to command so that the chassis of the yielding rover goes the way of ``plan``; its wheels stay.
+    """Plan what to command so that the chassis of the yielding rover goes the way of ``plan``; its wheels stay.
 
-    Of the settings mode, lift and lowering count for nothing. state: as measured now, where the plan starts; commanded:
-    (legs × 6,) the present set points; None: posture + torque / stiffness. progress: may raise Cancelled.
+    Of the settings mode, lift and lowering count for nothing. Where the move fails a check with the forces that change
+    least, it is tried with others, see :data:`.body_course.ENDS`.
 
-    Where the move fails a check with the forces that change least, it is tried with others, see
-    :data:`.body_course.ENDS`.
+    Args:
+        robot: the rover.
+        dem: the ground, in site.
+        state: as measured now, where the plan starts.
+        plan: the move, as ``plan_body_move`` has it.
+        settings: how it is commanded and how the rover sags; None: as delivered.
+        commanded: the present set points, (legs × 6,) [rad]; None: posture + torque / stiffness.
+        progress: called with a fraction 0…1 and a text; may raise Cancelled.
 
-    Returns a result; a move that can't be executed is a result with a reason. Raises InvalidInput where plan, state or
-    settings are of another robot or make no sense.
+    Returns:
+        The answer; a move that can't be executed is an answer with a reason.
+
+    Raises:
+        InvalidInput: plan, state or settings are of another robot or make no sense.
+        Cancelled: ``progress`` raised it.
     """
     settings, provenance = asked_of(robot, dem, state, plan, settings)
 

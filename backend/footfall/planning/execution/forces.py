@@ -156,9 +156,16 @@ class Holder:
 
 
 def borne(rover: CompliantRover, rests: Sequence[RestingRover], least_load: float) -> tuple[Array, Array, Array]:
-    """Forces (n, legs, 3) [N], loads along the normals (n, legs) [N], and shares of friction in use (n, legs).
+    """What the wheels bear at rests.
 
-    The share is 0 where a wheel bears no more than ``least_load`` [N].
+    Args:
+        rover: the yielding rover on its ground.
+        rests: n of them.
+        least_load: of a wheel whose friction counts [N].
+
+    Returns:
+        Forces of the ground in site (n, legs, 3) [N], loads along the normals (n, legs) [N], and shares of friction in
+        use (n, legs), 0 where a wheel bears no more than ``least_load``.
     """
     forces = np.array([one.forces for one in rests])
     normals = np.array([one.normals for one in rests])

@@ -20,7 +20,18 @@ _CLOSE = 1e-7
 
 
 def with_hub_at(robot: Robot, leg: int, posture: Array, T_site_base: Array, hub: Array) -> Array | None:
-    """Angles (6,) of a leg near its own in ``posture`` with its hub at ``hub``, site (3,); None out of reach."""
+    """Angles of a leg, near its own in a posture, that put its hub at a place.
+
+    Args:
+        robot: the rover.
+        leg: number of the leg, from 0.
+        posture: joint angles, (legs × 6,) [rad].
+        T_site_base: pose of the chassis, (4, 4).
+        hub: (3,) in site [m].
+
+    Returns:
+        (6,) [rad]; None out of reach.
+    """
     target = apply(inverse(T_site_base), hub)
     out = np.array(posture)
     own = slice(6 * leg, 6 * leg + 6)
@@ -33,10 +44,21 @@ def with_hub_at(robot: Robot, leg: int, posture: Array, T_site_base: Array, hub:
 
 
 def strained(robot: Robot, posture: Array, T_site_base: Array, normals: Array, strains: Array, rolled: float) -> Array:
-    """The posture (legs × 6,) after each wheel's spring was strained by strains (legs, 3) [m] more, chassis unmoved.
+    """The posture after each wheel's spring was strained more, the chassis unmoved.
 
     A rim sticks and rolls as its locked wheel turns: what moves against the ground is the point of the wheel that
-    touches it, ``rolled`` [m] under the hub along the normal (legs, 3), site. For a millimetre or so at a time.
+    touches it. For a millimetre or so at a time.
+
+    Args:
+        robot: the rover.
+        posture: joint angles, (legs × 6,) [rad].
+        T_site_base: pose of the chassis, (4, 4).
+        normals: (legs, 3) of the ground under the wheels, in site.
+        strains: (legs, 3) in site [m].
+        rolled: how far that point is under the hub, along the normal [m].
+
+    Returns:
+        Joint angles, (legs × 6,) [rad].
     """
     statics = PostureStatics(robot, posture)
     R = T_site_base[:3, :3]

@@ -23,11 +23,22 @@ def durations(
     guarded: slice = NOTHING_GUARDED,
     least: float = 0.0,
 ) -> Array:
-    """Seconds to each waypoint, (n,); 0 to the first. At a share of the speed limits, with two exceptions.
+    """How long each motion takes at a share of the speed limits, with two exceptions.
 
     The last SWAY seconds of each phase go at half speed: a stop in two halves, half a period of the chassis' sway
-    apart, leaves it still, as the second sway cancels the first (Singer & Seering 1990). The rows ``guarded`` take
-    ``least`` seconds each at least, so that lowering stops close to where the ground was met.
+    apart, leaves it still, as the second sway cancels the first (Singer & Seering 1990). And the rows ``guarded`` take
+    their time, so that lowering stops close to where the ground was met.
+
+    Args:
+        robot: the rover.
+        commanded: set points, (n, legs × 6) [rad].
+        phases: (n,) the one whose motion ends at each.
+        fraction: share of the joints' speed limits.
+        guarded: rows that are lowered with guard.
+        least: each of those takes at least [s].
+
+    Returns:
+        Seconds to each waypoint, (n,); 0 to the first.
     """
     travel = np.abs(np.diff(commanded, axis=0)) / (fraction * robot.speed_limits)
     out = np.append(0.0, travel.max(axis=1))

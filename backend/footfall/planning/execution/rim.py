@@ -10,9 +10,15 @@ Array = NDArray[np.float64]
 
 
 def rim_clearance(dem: Dem, hubs: Array, radius: float) -> Array:
-    """How far balls of a wheel's radius at hubs (n, 3) can fall before they touch the ground, (n,) [m].
+    """How far balls of a wheel's radius can fall before they touch the ground.
 
-    Negative: they would have to rise. Unknown ground is left out; NaN where all is unknown.
+    Args:
+        dem: the ground, in site.
+        hubs: (n, 3) their middles, in site [m].
+        radius: of the balls [m].
+
+    Returns:
+        (n,) [m]; negative: they would have to rise. Unknown ground is left out; NaN where all is unknown.
     """
     above = _above(dem, hubs, radius)[2]
     known = np.isfinite(above).any(axis=1)
@@ -22,7 +28,16 @@ def rim_clearance(dem: Dem, hubs: Array, radius: float) -> Array:
 
 
 def touching_place(dem: Dem, hub: Array, radius: float) -> Array | None:
-    """Where a ball at hub (3,) would touch the ground as it falls, (2,) [m]; None where all below it is unknown."""
+    """Where a ball would touch the ground as it falls.
+
+    Args:
+        dem: the ground, in site.
+        hub: (3,) its middle, in site [m].
+        radius: of the ball [m].
+
+    Returns:
+        x, y (2,) in site [m]; None where all ground below it is unknown.
+    """
     dx, dy, above = _above(dem, hub[None], radius)
     if not np.isfinite(above).any():
         return None
@@ -31,7 +46,16 @@ def touching_place(dem: Dem, hub: Array, radius: float) -> Array | None:
 
 
 def ground_known(dem: Dem, hubs: Array, radius: float) -> NDArray[np.bool_]:
-    """Whether all ground straight below balls at hubs (n, 3) is known, as far as ``radius`` to each side, (n,)."""
+    """Whether all ground straight below balls is known.
+
+    Args:
+        dem: the ground, in site.
+        hubs: (n, 3) their middles, in site [m].
+        radius: how far to each side [m].
+
+    Returns:
+        (n,).
+    """
     dx, dy = _disc(dem, radius)
     heights = height_at(dem, hubs[:, :1] + dx, hubs[:, 1:2] + dy)
     return np.asarray(np.isfinite(heights).all(axis=1))

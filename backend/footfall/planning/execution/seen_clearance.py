@@ -70,9 +70,7 @@ class Foreseen:
 def seen_clearance(
     robot: Robot, dem: Dem, state: RobotState, leg: int, standing: list[int], wheel_scale: float = 1.0
 ) -> SeenClearance | None:
-    """Of the wheel of ``leg``, in the air; None where no ground is known below it.
-
-    state: telemetered, its pose on the map. standing: legs that bear load. wheel_scale: of the wheels' stiffness.
+    """How far the wheel of a leg in the air is from the ground, and how sure that is.
 
     Assumed, one standard deviation each, independent of each other:
 
@@ -85,6 +83,17 @@ def seen_clearance(
       wheels over known ground: cameras seldom see what is under a wheel.
     - ground: the largest variance of the cells around the place that the wheel would touch first; None where the map
       has none.
+
+    Args:
+        robot: the rover.
+        dem: the ground, in site.
+        state: telemetered, its pose on the map.
+        leg: number of the leg in the air, from 0.
+        standing: numbers of the legs that bear load.
+        wheel_scale: factor on the wheels' stiffness.
+
+    Returns:
+        The clearance [m] with its shares of doubt; None where no ground is known below the wheel.
     """
     radius = robot.wheel_radius
     hubs = apply(state.T_site_base, wheel_centers(robot, state.posture))
@@ -107,7 +116,18 @@ def seen_clearance(
 
 
 def clearance_of(robot: Robot, dem: Dem, posture: ArrayLike, T_site_base: Array, leg: int) -> float | None:
-    """Of a wheel in a posture (legs × 6,) [rad] and pose of the chassis (4, 4) [m]; None over unknown ground."""
+    """How far a leg's wheel is from the ground.
+
+    Args:
+        robot: the rover.
+        dem: the ground, in site.
+        posture: joint angles, (legs × 6,) [rad].
+        T_site_base: pose of the chassis, (4, 4).
+        leg: number of the leg, from 0.
+
+    Returns:
+        The distance that it can fall [m]; None over unknown ground.
+    """
     hub = apply(T_site_base, wheel_centers(robot, robot.require_posture(posture))[leg])
     found = float(rim_clearance(dem, hub[None], robot.wheel_radius)[0])
     return found if np.isfinite(found) else None

@@ -12,9 +12,18 @@ Array = NDArray[np.float64]
 
 
 def posture_over(world: World, at: At, stance: Stance, T_site_base: Array) -> Array:
-    """Joints, (legs × 6,) [rad], with the chassis at T_site_base (4, 4) over the feet of a stance, without any reserve.
+    """Joints with the chassis at a pose over the feet of a stance, without any reserve.
 
-    Joint limits don't count, as they may be what fails. A leg that does not reach keeps the joints that it has ``at``.
+    Joint limits don't count, as they may be what fails.
+
+    Args:
+        world: rover, ground and settings of the walk.
+        at: where the rover is.
+        stance: where the feet are to be.
+        T_site_base: pose of the chassis, (4, 4).
+
+    Returns:
+        (legs × 6,) [rad]; a leg that does not reach keeps the joints that it has ``at``.
     """
     free = world.legs._replace(
         reach_reserve=0.0,

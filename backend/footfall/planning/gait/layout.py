@@ -63,7 +63,22 @@ class Layout:
 
 
 def laid_out(world: World, dem: Dem, beat: Rhythm, way: Guide, ease: Footprint, tolerance: float) -> Layout:
-    """The footfalls of a gait along a way, whose heights are those of ``ease``; tolerance: see GaitSettings [m]."""
+    """The footfalls of a gait along a way.
+
+    Args:
+        world: rover, ground and settings of the walk.
+        dem: the ground without holes, in site.
+        beat: which legs move together, and when.
+        way: of the chassis.
+        ease: where feet are at ease, and how high the chassis is over them.
+        tolerance: how far a footfall may be from its ideal place [m], see GaitSettings.
+
+    Returns:
+        Footfalls by row of the rhythm.
+
+    Raises:
+        ValueError: no footprint was looked at, which is a defect.
+    """
     best: tuple[Array, Array, Array, Array, float, float] | None = None
     least = np.inf
     some = np.arange(0, len(beat.legs), 1 + len(beat.legs) // LOOKED_THROUGH)
@@ -167,7 +182,18 @@ def _beside(tolerance: float) -> Array:
 
 
 def placed(stance: Stance, beat: Rhythm, layout: Layout, rows: range, tolerance: float) -> Stance | Lack:
-    """The stance with feet put where rows have them, or for which leg there is no place to stand within tolerance."""
+    """The stance with feet put where rows of a layout have them.
+
+    Args:
+        stance: before.
+        beat: which legs move together, and when.
+        layout: footfalls of the gait.
+        rows: those that are gone.
+        tolerance: how far a footfall may be from its ideal place [m].
+
+    Returns:
+        The stance after them, or for which leg there is no place to stand within the tolerance.
+    """
     after = {name: getattr(stance, name).copy() for name in ("contacts", "normals", "Ts_site_wheel", "branches")}
     for row in rows:
         leg = int(beat.legs[row])

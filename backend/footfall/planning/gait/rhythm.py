@@ -14,7 +14,16 @@ Ints = NDArray[np.int64]
 
 
 def groups_of(robot: Robot, gait: str, heading: float) -> tuple[tuple[int, ...], ...]:
-    """Which legs move together, in their order, in one cycle; heading: of the way in base [rad]."""
+    """Which legs move together, in their order, in one cycle.
+
+    Args:
+        robot: the rover.
+        gait: one of GAITS.
+        heading: of the way in base [rad].
+
+    Returns:
+        Groups of numbers of legs.
+    """
     legs, half = robot.legs, robot.leg_count // 2
     if gait == TRIPOD:
         return tuple(tuple(leg for leg in legs if leg % 2 == one) for one in (0, 1))
@@ -66,10 +75,18 @@ class Rhythm:
 
 
 def rhythm(groups: tuple[tuple[int, ...], ...], length: float, longest: float) -> Rhythm:
-    """Of a way of such a length, with strides of at most ``longest``, all of them equal [m].
+    """The rhythm of a way, its strides all equal.
 
     A foot stands over one stride of the chassis: it is put half of that ahead of where it would be at ease. It goes
     neither behind the beginning nor beyond the end.
+
+    Args:
+        groups: legs that move together, in their order.
+        length: of the way [m].
+        longest: a stride is at most so long [m].
+
+    Returns:
+        Which group moves when, and how far each foot goes.
     """
     count, cycles = len(groups), max(1, math.ceil(length / longest - 1e-9))
     moves = count * cycles

@@ -31,9 +31,19 @@ class SettledFeet:
 
 
 def settled(world: World, start: At, beat: Rhythm, layout: Layout, tolerance: float) -> SettledFeet:
-    """Feet that are within ``tolerance`` [m] of where the gait has them, and can stay as long as it wants, do.
+    """Leave feet where they are that can stay as long as the gait wants, and move the others first.
 
-    Where one can't be moved the others are moved first.
+    Feet can stay that are within the tolerance of where the gait has them.
+
+    Args:
+        world: rover, ground and settings of the walk.
+        start: where the rover is.
+        beat: which legs move together, and when.
+        layout: footfalls of the gait.
+        tolerance: how far a foot may be from its ideal place [m].
+
+    Returns:
+        The foot moves that were made, and why no more were.
     """
     left = [row for row in beat.begins if not _stays(world, start, beat, layout, row, tolerance)]
     rng, aim, at = np.random.default_rng(SEED), vector_of(layout.Ts[0]), start

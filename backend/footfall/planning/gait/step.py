@@ -54,7 +54,16 @@ class Lack(Fails):
 
 
 def gone_to(world: World, at: At, T_site_base: Array) -> BodyWay | Lack | None:
-    """The chassis' way to its next pose; None where it stays."""
+    """The chassis' way to its next pose.
+
+    Args:
+        world: rover, ground and settings of the walk.
+        at: where the rover is.
+        T_site_base: the pose that it is to have, (4, 4).
+
+    Returns:
+        The way, or what it lacks; None where the chassis stays.
+    """
     if np.abs(at.T_site_base - T_site_base).max() <= STILL:
         return None
     way = body_way(world.around(at.T_site_base).checks, at, T_site_base)
@@ -65,7 +74,18 @@ def gone_to(world: World, at: At, T_site_base: Array) -> BodyWay | Lack | None:
 
 
 def stepped(world: World, at: At, group: tuple[int, ...], to: Stance, T_site_base: Array) -> Stepped | Lack:
-    """Move the feet of a group so that they stand as in ``to``, with the chassis at T_site_base (4, 4)."""
+    """Move the feet of a group together.
+
+    Args:
+        world: rover, ground and settings of the walk.
+        at: where the rover is.
+        group: numbers of the legs that move.
+        to: the stance that they are to have.
+        T_site_base: pose of the chassis meanwhile, (4, 4).
+
+    Returns:
+        The motion and where the rover is then, or what it lacks.
+    """
     T = np.ascontiguousarray(T_site_base[:3])
     for stance, legs in ((at.stance, world.robot.legs), (to, group)):
         for leg in legs:
@@ -86,7 +106,18 @@ def stepped(world: World, at: At, group: tuple[int, ...], to: Stance, T_site_bas
 
 
 def leg_lacks(world: World, T: Array, T_site_wheel: Array, branch: int, leg: int) -> Lack | None:
-    """Why a leg can't hold its wheel (4, 4) with the chassis at T (3, 4) as a foot move wants it; None: it can."""
+    """Why a leg can't hold its wheel as a foot move wants it.
+
+    Args:
+        world: rover, ground and settings of the walk.
+        T: pose of the chassis in site, (3, 4).
+        T_site_wheel: pose of the wheel, (4, 4).
+        branch: of the inverse kinematics that the leg is on.
+        leg: number of the leg, from 0.
+
+    Returns:
+        What is missing; None: it can.
+    """
     legs, wheel, q = world.legs, np.ascontiguousarray(T_site_wheel[:3]), np.empty(6)
     if leg_at(T, wheel, branch, leg, legs, q) >= 0.0:
         return None

@@ -17,11 +17,24 @@ _CHORDS = 64
 
 
 def way_to(dem: Dem, begin: Array, goal: Array, yaw: float | None, ease: Footprint, arc: bool) -> Guide:
-    """From x, y, yaw (3,) to x, y (2,) [m]; yaw: there [rad], None: as it comes. dem: without holes.
+    """A way of the chassis, straight or on an arc.
 
     How far along is how far the foot has gone that goes farthest, of feet that stay where the rover at ease has them:
-    so a turn in place has a length. Raises InvalidInput where no arc of less than half a circle leads there, or it ends
-    with another heading.
+    so a turn in place has a length.
+
+    Args:
+        dem: the ground without holes, in site.
+        begin: x, y [m] and yaw [rad], (3,).
+        goal: x, y, (2,) [m].
+        yaw: there [rad]; None: as it comes.
+        ease: where feet are at ease, and how high the chassis is over them.
+        arc: whether the way is an arc.
+
+    Returns:
+        The way.
+
+    Raises:
+        InvalidInput: no arc of less than half a circle leads there, or it ends with another heading.
     """
     if arc:
         end, through = _arc(begin, goal, yaw)
