@@ -148,9 +148,18 @@ def all_samples(
     settings: TerrainSettings,
     progress: Progress,
 ) -> list[tuple[CellSamples, CellSamples]]:
-    """What each of ``count`` pairs says of the cells of a grid, surely and doubtfully.
+    """What each pair says of the cells of a grid, surely and doubtfully.
 
-    Its points are moved by p_map = correction @ p_site.
+    Args:
+        matched: pairs with their disparities.
+        count: how many those are.
+        correction: moves their points, p_map = correction @ p_site, (4, 4).
+        geometry: the grid.
+        settings: how pixels become cells.
+        progress: called with a fraction 0…1 and a text; what it raises ends the work.
+
+    Returns:
+        For each pair what sure pixels say, and what others say.
     """
     samples = []
     for i, one in enumerate(matched):
@@ -181,7 +190,16 @@ def _every(pair: ImagePair) -> int:
 
 
 def grid_around(x: float, y: float, settings: TerrainSettings) -> GridGeometry:
-    """Square grid about a site point; its cell centres lie on whole multiples of the resolution."""
+    """Square grid about a site point; its cell centres lie on whole multiples of the resolution.
+
+    Args:
+        x: east, in site [m].
+        y: north, in site [m].
+        settings: resolution and half side of the grid [m].
+
+    Returns:
+        The grid.
+    """
     half = round(settings.half_size / settings.resolution)
     col, row = math.floor(x / settings.resolution + 0.5) - half, math.floor(y / settings.resolution + 0.5) - half
     return GridGeometry(
@@ -196,10 +214,16 @@ def grid_around(x: float, y: float, settings: TerrainSettings) -> GridGeometry:
 def site_points_of(
     matched: Matched, settings: TerrainSettings, correction: NDArray[np.float64] | None = None
 ) -> tuple[NDArray[np.float64], NDArray[np.float64], NDArray[np.float64]]:
-    """Site points (3, height, width), depths and their standard deviations (height, width) [m].
+    """What the pixels of a pair see, in site.
 
-    Points and depths are NaN outside the ranges of the settings, and where they are neither sure nor merely doubtful.
-    correction: moves the points, p_map = correction @ p_site.
+    Args:
+        matched: a pair with its disparities.
+        settings: between which ranges points count.
+        correction: moves the points, p_map = correction @ p_site, (4, 4); None: they stay.
+
+    Returns:
+        Points (3, height, width), depths and their standard deviations (height, width) [m]; points and depths are NaN
+        out of range, and where they are neither sure nor merely doubtful.
     """
     pair, disparity, deviation = matched[:3]
     camera: Camera = pair.camera_left
@@ -213,7 +237,16 @@ def site_points_of(
 
 
 def is_sure(matched: Matched, deviation_of_depth: NDArray[np.float64], settings: TerrainSettings) -> NDArray[np.bool_]:
-    """Which pixels (height, width) show ground by themselves. deviation_of_depth: (height, width) [m]."""
+    """Which pixels show ground by themselves.
+
+    Args:
+        matched: a pair with its disparities.
+        deviation_of_depth: standard deviation, (height, width) [m].
+        settings: how uncertain what is sure may be.
+
+    Returns:
+        (height, width).
+    """
     most = np.where(matched.kinds == BESIDE, settings.max_deviation_beside, settings.max_deviation)
     return (deviation_of_depth <= most) & (matched.kinds != MAYBE)
 
@@ -259,9 +292,22 @@ def dem_of(
     provenance: Provenance,
     wheels: NDArray[np.float64] | None = None,
 ) -> Dem:
-    """One map of the samples of all pairs. Raises InvalidImages where none of them lies on the grid.
+    """One map of the samples of all pairs.
 
-    wheels: (k, 3) middles of the wheels that the images may show [m].
+    Args:
+        samples: for each pair what sure pixels say, and what others say.
+        pairs: the same pairs.
+        geometry: the grid.
+        settings: how samples are fused.
+        name: what the map is called.
+        provenance: digests of what it is made of.
+        wheels: (k, 3) middles of the wheels that the images may show, in site [m]; None: none.
+
+    Returns:
+        The ground, with variance, count, time and source of each cell.
+
+    Raises:
+        InvalidImages: no sample lies on the grid.
     """
     fused = fuse([sure for sure, _ in samples], geometry, settings.gate)
     heights = despike(fused.heights, settings.despike, settings.min_neighbours)

@@ -22,7 +22,13 @@ _MEND = "let the file declare it as its no-data value, or make those cells NaN"
 def check_no_value_numbers(heights: ArrayLike, name: str, mend: str = _MEND) -> None:
     """Refuse numbers that stand for "no value" where nothing declares them so: read as heights they are pits.
 
-    mend: what to do about it.
+    Args:
+        heights: (rows, cols) [m].
+        name: what they are called.
+        mend: what to do about it, for a person.
+
+    Raises:
+        InvalidTerrain: there are such numbers.
     """
     array = np.asarray(heights)
     for number in NO_VALUE:
@@ -79,10 +85,22 @@ def from_heights(
     provenance: Provenance | None = None,
     texture: np.ndarray | None = None,
 ) -> Dem:
-    """Dem of heights (rows, cols) [m], row 0 south, NaN = unknown.
+    """A terrain of heights in an array.
 
-    resolution: cell size [m]. x0, y0: centre of cell (0, 0), site frame [m].
-    Raises InvalidTerrain where the array is not a map of real, finite or NaN, plausible heights.
+    Args:
+        heights: (rows, cols) in site [m], row 0 south, NaN = unknown.
+        resolution: side of the cells [m].
+        x0: east, of the centre of cell (0, 0) in site [m].
+        y0: north, of the centre of cell (0, 0) in site [m].
+        name: what it is called.
+        provenance: digests of what it is made of; None: of nothing.
+        texture: (rows, cols) uint8, grey of each cell; None: none.
+
+    Returns:
+        The ground.
+
+    Raises:
+        InvalidTerrain: the array is not a map of real, finite or NaN, plausible heights.
     """
     array = np.asarray(heights)
     if array.ndim != 2 or array.dtype.kind not in "fiu":

@@ -18,13 +18,35 @@ Size = float | tuple[float, float]
 
 
 def plane(size: Size = 20.0, resolution: float = 0.1, height: float = 0.0) -> Dem:
-    """Level ground at ``height`` [m]."""
+    """Level ground.
+
+    Args:
+        size: side, or (east, north) sides, of the map [m].
+        resolution: side of the cells [m].
+        height: of the ground [m].
+
+    Returns:
+        The ground.
+    """
     east, _ = _centers(size, resolution)
     return _centered(np.full(east.shape, float(height)), resolution, "plane")
 
 
 def slope(size: Size = 20.0, resolution: float = 0.1, angle: float = 0.2, uphill: float = 0.0) -> Dem:
-    """Tilted ground through (0, 0, 0): ``angle`` [rad] of rise towards ``uphill`` (azimuth from x [rad])."""
+    """Tilted ground through (0, 0, 0).
+
+    Args:
+        size: side, or (east, north) sides, of the map [m].
+        resolution: side of the cells [m].
+        angle: of the rise [rad].
+        uphill: azimuth of the rise from x [rad].
+
+    Returns:
+        The ground.
+
+    Raises:
+        InvalidTerrain: the angle is not within ±π/2.
+    """
     if not abs(angle) < np.pi / 2:
         raise InvalidTerrain(f"a slope needs an angle within ±π/2, not {angle}")
     east, north = _centers(size, resolution)
@@ -32,7 +54,17 @@ def slope(size: Size = 20.0, resolution: float = 0.1, angle: float = 0.2, uphill
 
 
 def step(size: Size = 20.0, resolution: float = 0.1, height: float = 0.3, edge: float = 0.0) -> Dem:
-    """Level ground at 0, raised by ``height`` [m] where x ≥ ``edge`` [m]; the riser is one cell wide."""
+    """Level ground at 0 with one step up; the riser is one cell wide.
+
+    Args:
+        size: side, or (east, north) sides, of the map [m].
+        resolution: side of the cells [m].
+        height: of the ground beyond the step [m].
+        edge: x from which on it is raised [m].
+
+    Returns:
+        The ground.
+    """
     east, _ = _centers(size, resolution)
     return _centered(np.where(east >= edge - 1e-9, float(height), 0.0), resolution, "step")
 
@@ -42,10 +74,22 @@ def fractal(
 ) -> Dem:
     """Fractional Brownian ground with zero mean, by spectral synthesis.
 
-    roughness: standard deviation of the heights [m]. hurst: 0 (jagged) … 1 (smooth).
-    The amplitude of white noise is shaped as frequency^−(hurst + 1), so that the mean squared height
-    difference over a distance d grows as d^(2·hurst): Voss (1985), Saupe in *The Science of Fractal
-    Images* (1988), §2.3. A quarter of a twice larger, periodic map is kept, so edges don't match up.
+    The amplitude of white noise is shaped as frequency^−(hurst + 1), so that the mean squared height difference over a
+    distance d grows as d^(2·hurst): Voss (1985), Saupe in *The Science of Fractal Images* (1988), §2.3. A quarter of a
+    twice larger, periodic map is kept, so edges don't match up.
+
+    Args:
+        size: side, or (east, north) sides, of the map [m].
+        resolution: side of the cells [m].
+        roughness: standard deviation of the heights [m].
+        hurst: 0 (jagged) … 1 (smooth).
+        seed: of the noise.
+
+    Returns:
+        The ground.
+
+    Raises:
+        InvalidTerrain: hurst or roughness is out of range.
     """
     if not (0 < hurst < 1 and roughness >= 0):
         raise InvalidTerrain(f"fractal ground needs 0 < hurst < 1 and roughness ≥ 0, not {hurst} and {roughness}")
@@ -73,8 +117,18 @@ def rock_field(
 ) -> Dem:
     """Level ground strewn with rocks of the size–frequency distribution of Golombek & Rapp (1997).
 
-    abundance: share k of the ground that rocks of all sizes cover. smallest, largest: diameters drawn
-    [m]. See :func:`footfall.terrain.rocks.draw_rocks`.
+    See :func:`footfall.terrain.rocks.draw_rocks`.
+
+    Args:
+        size: side, or (east, north) sides, of the map [m].
+        resolution: side of the cells [m].
+        abundance: share k of the ground that rocks of all sizes cover.
+        smallest: diameter that is drawn [m].
+        largest: diameter that is drawn [m].
+        seed: of what is drawn.
+
+    Returns:
+        The ground.
     """
     level = plane(size, resolution)
     west, south, east, north = level.geometry.bounds

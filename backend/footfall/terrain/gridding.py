@@ -41,8 +41,19 @@ def terrain_of_scan(
 ) -> Dem:
     """The ground that a scan shows, in the site frame.
 
-    unit, up: of the points, where the scan does not say. T_site_sensor: (4, 4) [m], of points in its frame; it says
-    what is up. Raises InvalidTerrain naming what has to be stated, and where there are no points.
+    Args:
+        scan: points, with what their file says of their coordinates.
+        settings: how points become cells; None: as delivered.
+        unit: of the points, one of UNITS, where the scan does not say.
+        up: what is up among the points, one of UPS, where the scan does not say.
+        T_site_sensor: pose of the sensor, (4, 4), of points in its frame, which says what is up; None: they are in
+            site.
+
+    Returns:
+        The ground.
+
+    Raises:
+        InvalidTerrain: something has to be stated, which is named, or there are no points of the ground.
     """
     settings = settings or ScanSettings()
     points = placed(scan, unit, up, T_site_sensor)
@@ -55,7 +66,20 @@ def terrain_of_scan(
 
 
 def placed(scan: Scan, unit: str | None, up: str | None, T_site_sensor: ArrayLike | None) -> Array:
-    """The scan's points in site, (n, 3) [m]."""
+    """The scan's points in site.
+
+    Args:
+        scan: points, with what their file says of their coordinates.
+        unit: of the points, one of UNITS, where the scan does not say.
+        up: what is up among the points, one of UPS, where the scan does not say.
+        T_site_sensor: pose of the sensor, (4, 4), of points in its frame; None: they are in site.
+
+    Returns:
+        (n, 3) [m].
+
+    Raises:
+        InvalidTerrain: something has to be stated, or is stated against what the scan says.
+    """
     if unit is not None and unit not in UNITS:
         raise InvalidTerrain(f"a unit is one of {', '.join(UNITS)}, not {unit!r}", unit=unit)
     if unit is not None and scan.unit is not None and unit != scan.unit:
@@ -101,7 +125,19 @@ def _upright(points: Array, up: str) -> Array:
 
 
 def gridded(points: Array, settings: ScanSettings, name: str) -> Dem:
-    """Cells of points (n, 3) in site [m]; a cell's centre lies at a multiple of the resolution."""
+    """Cells of points; a cell's centre lies at a multiple of the resolution.
+
+    Args:
+        points: (n, 3) in site [m].
+        settings: how points become cells.
+        name: what the map is called.
+
+    Returns:
+        The ground.
+
+    Raises:
+        InvalidTerrain: no cell has enough points that agree.
+    """
     points = np.ascontiguousarray(points, np.float64)
     low, high = extent(points)
     resolution = settings.resolution or natural_resolution(
@@ -158,7 +194,16 @@ def _leave_out(height: Array, settings: ScanSettings) -> None:
 
 
 def natural_resolution(count: int, width: float, depth: float) -> float:
-    """Cell size that holds about four points each, rounded up to 1, 2 or 5 times a power of ten [m]."""
+    """Side of cells that hold about four points each.
+
+    Args:
+        count: of the points.
+        width: of the ground that they cover, east-west [m].
+        depth: of it, north-south [m].
+
+    Returns:
+        The side, rounded up to 1, 2 or 5 times a power of ten [m].
+    """
     wanted = max(math.sqrt(_POINTS_A_CELL * max(width * depth, _FINEST**2) / count), _FINEST)
     power = 10.0 ** math.floor(math.log10(wanted) + 1e-9)
     return next(float(f"{step * power:.6g}") for step in _ROUND if step * power >= wanted * (1 - 1e-9))

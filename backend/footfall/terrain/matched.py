@@ -46,9 +46,19 @@ def match_pairs(
 ) -> tuple[list[Matched], str, dict[str, str]]:
     """Disparities of all pairs that can be used, what to call their map, and why each other pair was left out.
 
-    left_out: pairs that could not be used before, with the reasons. exchange: of pairs that were not taken rectified:
-    tells swapped images. Raises InvalidImages where no pair is left, InvalidInput where the settings name one that is
-    not there.
+    Args:
+        pairs: rectified.
+        settings: how they are matched, and which are taken.
+        progress: called with a fraction 0…1 and a text; what it raises ends the work.
+        left_out: pairs that could not be used before, with the reasons; None: none.
+        exchange: of pairs that were not taken rectified: tells swapped images; None: nothing does.
+
+    Returns:
+        The pairs with their disparities, the name, and name → why it was left out.
+
+    Raises:
+        InvalidImages: no pair is left.
+        InvalidInput: the settings name a pair that is not there.
     """
     matched: list[Matched] = []
     reasons = dict(left_out or {})

@@ -105,8 +105,19 @@ def terrain_from_pairs(
 ) -> Dem:
     """The ground seen by rectified pairs that show no robot, in the site frame of their ``T_site_base``.
 
-    left_out: pairs that could not be used before, with the reasons. center: of the map, site [m]; by default the
-    middle of what all pairs see. exchange: see :func:`footfall.terrain.matched.match_pairs`. Raises InvalidImages.
+    Args:
+        pairs: rectified.
+        settings: of matching, gridding and fusion; None: as delivered.
+        progress: called with a fraction 0…1 and a text; what it raises ends the work.
+        left_out: pairs that could not be used before, with the reasons; None: none.
+        center: of the map, (x, y) in site [m]; None: the middle of what all pairs see.
+        exchange: see :func:`footfall.terrain.matched.match_pairs`.
+
+    Returns:
+        The ground.
+
+    Raises:
+        InvalidImages: no pair can be used, or nothing lies in range.
     """
     settings = settings or TerrainSettings()
     matched, name, reasons = match_pairs(pairs, settings, progress, left_out, exchange)

@@ -27,7 +27,16 @@ def covered_fraction(diameter: ArrayLike, abundance: float) -> Array:
 
 
 def rocks_per_area(smallest: float, largest: float, abundance: float) -> float:
-    """Expected number of rocks per m² with diameters from ``smallest`` to ``largest`` [m]."""
+    """Expected number of rocks of some sizes.
+
+    Args:
+        smallest: diameter [m].
+        largest: diameter [m].
+        abundance: share of the ground that rocks of all sizes cover.
+
+    Returns:
+        Rocks per m².
+    """
     return float(_cumulative(smallest, largest, abundance)[1][-1])
 
 
@@ -38,10 +47,22 @@ def draw_rocks(
     largest: float,
     rng: np.random.Generator,
 ) -> Array:
-    """Rocks (n, 4) as x, y, diameter, height [m], centres uniform in ``bounds`` (west, south, east, north).
+    """Draw rocks, their centres uniform in a rectangle.
 
-    Their number is Poisson-distributed; sizes follow :func:`covered_fraction` between ``smallest`` and
-    ``largest``. Raises InvalidTerrain for impossible sizes and above MAX_ROCKS expected rocks.
+    Their number is Poisson-distributed; sizes follow :func:`covered_fraction`.
+
+    Args:
+        bounds: west, south, east, north [m].
+        abundance: share of the ground that rocks of all sizes cover.
+        smallest: diameter [m].
+        largest: diameter [m].
+        rng: what draws.
+
+    Returns:
+        Rocks (n, 4) as x, y, diameter, height [m].
+
+    Raises:
+        InvalidTerrain: the sizes or the abundance are impossible, or more than MAX_ROCKS rocks are expected.
     """
     if not 0 < abundance < 1:
         raise InvalidTerrain(f"a rock abundance is a share between 0 and 1, not {abundance}")

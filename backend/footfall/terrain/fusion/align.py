@@ -70,11 +70,24 @@ class Alignment(Value):
 def align(
     map: Dem, points: Array, deviation: Array, center: Array, settings: TerrainSettings | None = None
 ) -> Alignment:
-    """Fit points (n, 3) of the site frame, with standard deviations (n,) [m], to a map.
+    """Fit points to a map.
 
-    center: (3,), where the chassis stood [m]; rotations are about it. Deterministic: the correction is rounded to
-    1 µm and 0.1 µrad, so that neither processor nor number of threads shows. Raises InvalidImages where the fit is
-    beyond ``max_shift`` or ``max_turn``, or leaves more than half of the points off the map.
+    Deterministic: the correction is rounded to 1 µm and 0.1 µrad, so that neither processor nor number of threads
+    shows.
+
+    Args:
+        map: the ground so far, in site.
+        points: (n, 3) in site [m].
+        deviation: (n,) standard deviation of each [m].
+        center: (3,) where the chassis stood, about which the points turn, in site [m].
+        settings: how far they may move; None: as delivered.
+
+    Returns:
+        How the points have to be moved, and how well they fit then.
+
+    Raises:
+        InvalidImages: the fit is beyond ``max_shift`` or ``max_turn``, or leaves more than half of the points off the
+            map.
     """
     settings = settings or TerrainSettings()
     surface = _Surface(map)

@@ -24,9 +24,15 @@ ROUNDS = 2
 def continued_ground(
     heights: NDArray[np.float32], doubtful: NDArray[np.float32], resolution: float
 ) -> NDArray[np.bool_]:
-    """Cells without a height where a doubtful one goes on with the heights around, (rows, cols).
+    """Cells without a height where a doubtful one goes on with the heights around.
 
-    heights, doubtful: (rows, cols) [m], NaN where unknown; resolution: size of the cells [m].
+    Args:
+        heights: (rows, cols) [m], NaN where unknown.
+        doubtful: (rows, cols) [m], NaN where unknown.
+        resolution: side of the cells [m].
+
+    Returns:
+        (rows, cols).
     """
     side = 2 * max(1, round(REACH / resolution)) + 1
     taken = np.zeros(heights.shape, bool)

@@ -30,13 +30,23 @@ class Fused(NamedTuple):
 
 
 def fuse(samples: list[CellSamples], geometry: GridGeometry, gate: float) -> Fused:
-    """One height for each cell out of what all views say; ``samples``: one for each view.
+    """One height for each cell out of what all views say.
 
     In each cell: the median of the heights, weighted by inverse variance; then the weighted mean of those within
-    ``gate`` [m] of it, so that one view that is wrong (a reflection, a leg that moved) does not pull the others.
-    The mean is the gated Kalman update of a height that stands still, in its information form (Maybeck, Stochastic
-    Models, Estimation and Control, 1979, §5.7): the inverse variances add up, in whatever order.
-    Raises InvalidTerrain for samples of cells that the grid does not have.
+    ``gate`` of it, so that one view that is wrong (a reflection, a leg that moved) does not pull the others. The mean
+    is the gated Kalman update of a height that stands still, in its information form (Maybeck, Stochastic Models,
+    Estimation and Control, 1979, §5.7): the inverse variances add up, in whatever order.
+
+    Args:
+        samples: of each view.
+        geometry: the grid.
+        gate: how far a height may be from the median [m].
+
+    Returns:
+        Heights, variances and what else is known of each cell.
+
+    Raises:
+        InvalidTerrain: samples are of cells that the grid does not have.
     """
     cell = np.concatenate([s.cell for s in samples])
     height = np.concatenate([s.height for s in samples])
@@ -69,12 +79,20 @@ def fuse(samples: list[CellSamples], geometry: GridGeometry, gate: float) -> Fus
 def despike(
     heights: NDArray[np.float32], limit: float, min_neighbours: int, where: NDArray[np.bool_] | None = None
 ) -> NDArray[np.float32]:
-    """Spikes take the median of their 5 × 5 neighbours; where: of those cells alone, the others stay.
+    """Put spikes at the median of their 5 × 5 neighbours.
 
-    A spike is a cell further from that median than ``limit`` [m] and than OUTLYING times the neighbours' median
-    distance from it (Hampel's identifier: Davies & Gather, JASA 1993): on level ground a step of ``limit`` is one, the
-    top of a rock among its own flanks is none. Cells with fewer than ``min_neighbours`` known ones among those 25
-    (themselves included) become unknown; unknown cells stay so.
+    A spike is a cell further from that median than ``limit`` and than OUTLYING times the neighbours' median distance
+    from it (Hampel's identifier: Davies & Gather, JASA 1993): on level ground a step of ``limit`` is one, the top of a
+    rock among its own flanks is none.
+
+    Args:
+        heights: (rows, cols) [m], NaN where unknown.
+        limit: see above [m].
+        min_neighbours: cells with fewer known ones among those 25, themselves included, become unknown.
+        where: (rows, cols) the cells that are looked at, the others stay; None: all.
+
+    Returns:
+        Heights (rows, cols) [m]; unknown cells stay so.
     """
     where = np.isfinite(heights) if where is None else where
     median, spread, known = median_around(heights, 2, where)

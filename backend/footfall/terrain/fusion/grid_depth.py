@@ -37,7 +37,16 @@ class CellSamples(Value):
 
 
 def site_points(depth: NDArray, intrinsics: tuple[float, float, float, float], T_site_camera: NDArray) -> NDArray:
-    """Points of the site frame, (3, height, width), for depths [m] at every pixel; fx, fy, cx, cy [px]."""
+    """What the pixels of a camera see at their depths.
+
+    Args:
+        depth: (height, width) [m].
+        intrinsics: fx, fy, cx, cy [px].
+        T_site_camera: pose of the camera, (4, 4).
+
+    Returns:
+        Points (3, height, width) in site [m].
+    """
     return points_at(depth.astype(np.float64, copy=False), *intrinsics, np.ascontiguousarray(T_site_camera))
 
 
@@ -52,8 +61,19 @@ def pixel_sides(
 ) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
     """From the middles of pixels to those on their right and below them, were these on the same plane.
 
-    (n, 3) each, site [m]. rows, cols: (n,). depth: (height, width) [m]. slopes: change of the disparity to the next
-    column and row, (height, width) each [px]. Derivatives of z (x, y, 1) with z = f·B / (d + offset).
+    Derivatives of z (x, y, 1) with z = f·B / (d + offset).
+
+    Args:
+        rows: (n,) of the pixels.
+        cols: (n,) of the pixels.
+        depth: (height, width) [m].
+        slopes: change of the disparity to the next column and row, (height, width) each [px].
+        focal_baseline: f·B, focal length × baseline [px·m].
+        intrinsics: fx, fy, cx, cy [px].
+        T_site_camera: pose of the camera, (4, 4).
+
+    Returns:
+        (n, 3) each, in site [m].
     """
     fx, fy, cx, cy = intrinsics
     z = depth[rows, cols]
@@ -78,11 +98,19 @@ def grid_depth(
 ) -> tuple[CellSamples, CellSamples, NDArray[np.bool_]]:
     """Heights of the surface through neighbouring pixels at the cell centres that it covers.
 
-    From sure pixels alone, and from others; and the pixels (height, width) beside which the sure ones leave a gap.
+    Args:
+        points: (3, height, width) in site [m].
+        disparity: (height, width) [px], NaN = unknown.
+        deviation: (height, width) of the depth [m], proportional to z²/(f·B).
+        grey: (height, width).
+        geometry: the grid.
+        max_jump: largest difference of disparity within a triangle [px].
+        max_edge: longest side from above [m].
+        sure: (height, width) pixels that show ground by themselves.
 
-    points: (3, height, width) site [m]; disparity: (height, width) [px], NaN = unknown; deviation: (height, width) of
-    the depth [m], proportional to z²/(f·B); grey: (height, width). max_jump: largest difference of disparity within a
-    triangle [px]; max_edge: longest side from above [m]; sure: (height, width).
+    Returns:
+        What sure pixels alone say, what others say, and the pixels (height, width) beside which the sure ones leave a
+        gap.
     """
     cell, found, is_sure, gaps = cover_cells(
         (points[0] - geometry.x0) / geometry.resolution,
@@ -110,9 +138,21 @@ def with_pixels(
     geometry: GridGeometry,
     max_edge: float,
 ) -> CellSamples:
-    """``joined``, and in the cells that it does not have what single pixels show there.
+    """Samples, and in the cells that they do not have what single pixels show there.
 
-    rows, cols: (n,) of those pixels; sides: as :func:`pixel_sides` has them; the rest as in :func:`grid_depth`.
+    Args:
+        joined: samples so far.
+        rows: (n,) of those pixels.
+        cols: (n,) of those pixels.
+        sides: (n, 3) each, as :func:`pixel_sides` has them [m].
+        points: (3, height, width) in site [m].
+        deviation: (height, width) of the depth [m].
+        grey: (height, width).
+        geometry: the grid.
+        max_edge: longest side of a pixel from above [m].
+
+    Returns:
+        All samples.
     """
     covered = np.zeros(geometry.rows * geometry.cols, bool)
     covered[joined.cell] = True
@@ -139,7 +179,15 @@ def with_pixels(
 def upper_surface(seen: CellSamples, geometry: GridGeometry, gate: float) -> CellSamples:
     """What one view sees from above: without the ground that it also sees under an overhang.
 
-    gate: surfaces lie apart by more than this [m]. A map has one height for a cell; a leg comes from above.
+    A map has one height for a cell; a leg comes from above.
+
+    Args:
+        seen: samples of the view.
+        geometry: the grid.
+        gate: surfaces lie apart by more than this [m].
+
+    Returns:
+        The samples of the upper one.
     """
     open_ = ~lies_under(seen.cell, seen.height, geometry.rows, geometry.cols, gate)
     return seen.some(open_)

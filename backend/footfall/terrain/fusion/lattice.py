@@ -38,7 +38,20 @@ def union(grid: GridGeometry, other: GridGeometry) -> GridGeometry:
 
 
 def window(grid: GridGeometry, x: float, y: float, half_size: float) -> GridGeometry:
-    """The part of a grid that lies within ``half_size`` [m] east-west and north-south of the cell at (x, y)."""
+    """The part of a grid around a place.
+
+    Args:
+        grid: the whole.
+        x: east, in site [m].
+        y: north, in site [m].
+        half_size: how far it goes from the cell at that place, east-west and north-south [m].
+
+    Returns:
+        The grid of that part.
+
+    Raises:
+        InvalidTerrain: nothing of the map lies there.
+    """
     half = int(half_size / grid.resolution + 1e-6)
     row, col = (int(i) for i in grid.cell(x, y))
     first_row, last_row = max(row - half, 0), min(row + half, grid.rows - 1)
@@ -49,7 +62,17 @@ def window(grid: GridGeometry, x: float, y: float, half_size: float) -> GridGeom
 
 
 def laid_onto(grid: GridGeometry, layer: NDArray, of: GridGeometry, empty: float) -> NDArray:
-    """``layer`` of grid ``of`` on the cells of ``grid``; ``empty`` where it has none."""
+    """A layer of one grid on the cells of another.
+
+    Args:
+        grid: the other.
+        layer: (rows, cols) of ``of``.
+        of: the layer's grid, with cells on the same lattice.
+        empty: stands where the layer has no cell.
+
+    Returns:
+        (rows, cols) of ``grid``.
+    """
     row, col = offset(grid, of)
     out = np.full(grid.shape, empty, layer.dtype)
     low_row, high_row = max(row, 0), min(row + of.rows, grid.rows)

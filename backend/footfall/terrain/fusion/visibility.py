@@ -42,11 +42,20 @@ class DepthView(Value):
 def seen_through(
     heights: NDArray[np.float32], geometry: GridGeometry, views: tuple[DepthView, ...], clearance: float
 ) -> NDArray[np.bool_]:
-    """Known cells, (rows, cols), below whose height by ``clearance`` [m] some view looked and saw further.
+    """Known cells through which some view looked and saw further: what stood there then is gone.
 
-    What stood there then is gone. Pixels beside unknown ones or beside a depth edge prove nothing: the nearest
-    depth of their 3 × 3 neighbours counts. Ground that is seen edge-on is not touched, because the point
-    ``clearance`` below it is hidden by the ground in front of it.
+    Pixels beside unknown ones or beside a depth edge prove nothing: the nearest depth of their 3 × 3 neighbours counts.
+    Ground that is seen edge-on is not touched, because the point ``clearance`` below it is hidden by the ground in
+    front of it.
+
+    Args:
+        heights: (rows, cols) [m], NaN where unknown.
+        geometry: the grid.
+        views: how far each pixel of each camera sees.
+        clearance: so far below a height a view has to look [m].
+
+    Returns:
+        (rows, cols).
     """
     rows, cols = np.nonzero(np.isfinite(heights))
     points = (geometry.xs[cols], geometry.ys[rows], heights[rows, cols].astype(np.float64) - clearance)

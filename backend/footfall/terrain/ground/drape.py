@@ -12,10 +12,19 @@ STEP = 0.04
 
 
 def draped_grid(dem: Dem, center: ArrayLike, reach: float, spacing: float = 0.5) -> list[NDArray[np.float64]]:
-    """Lines (n, 3) on the ground, site frame [m], at whole multiples of ``spacing`` east and north; NaN where unknown.
+    """Lines on the ground at whole multiples of a spacing, east and north.
 
-    center: (2,), around which lines go to both sides by ``reach`` [m], but no further than the map. Raises InvalidInput
-    for a spacing or reach that is not above zero.
+    Args:
+        dem: the ground, in site.
+        center: (2,) around which lines go, in site [m].
+        reach: how far they go to both sides, but no further than the map [m].
+        spacing: between neighbouring lines [m].
+
+    Returns:
+        Lines (n, 3) in site [m]; NaN where unknown.
+
+    Raises:
+        InvalidInput: the spacing or the reach is not above zero.
     """
     if not (spacing > 0 and 0 < reach < np.inf):
         raise InvalidInput("a grid needs a spacing and a reach above zero [m]", spacing=spacing, reach=reach)

@@ -21,10 +21,17 @@ COARSENESS = 0.3
 def seen(
     dem: Dem, camera: Camera, T_site_camera: Array, points: Array, covered: NDArray[np.bool_] | None = None
 ) -> tuple[Array, NDArray[np.bool_]]:
-    """Pixels (n, 2) of points (n, 3) in the site frame [m], and whether each is to be seen.
+    """Where points are in an image, and whether each is to be seen.
 
-    covered: pixels (height, width) before which something else stands, such as the rover's own body. Pixels of points
-    that are not in front of the lens, or not finite, are NaN.
+    Args:
+        dem: the ground that may hide them, in site.
+        camera: a pinhole, without distortion.
+        T_site_camera: pose of the camera, (4, 4).
+        points: (n, 3) in site [m].
+        covered: pixels (height, width) before which something else stands, such as the rover's own body; None: none.
+
+    Returns:
+        Pixels (n, 2), NaN for points that are not in front of the lens, or not finite; and which are to be seen, (n,).
     """
     pixels = project(camera, apply(inverse(T_site_camera), points))
     with np.errstate(invalid="ignore"):
@@ -45,7 +52,18 @@ def seen_lines(
     lines: Sequence[Array],
     covered: NDArray[np.bool_] | None = None,
 ) -> list[Array]:
-    """What is to be seen of lines (n, 3) in the site frame [m], each part as pixels (k, 2) with k ≥ 2; see ``seen``."""
+    """What is to be seen of lines in an image; see ``seen``.
+
+    Args:
+        dem: the ground that may hide them, in site.
+        camera: a pinhole, without distortion.
+        T_site_camera: pose of the camera, (4, 4).
+        lines: (n, 3) each, in site [m].
+        covered: pixels (height, width) before which something else stands; None: none.
+
+    Returns:
+        Each part as pixels (k, 2) with k ≥ 2.
+    """
     if not lines:
         return []
     points = np.concatenate(lines)

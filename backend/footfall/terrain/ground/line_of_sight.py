@@ -15,9 +15,17 @@ _SAMPLES_AT_ONCE = 500_000
 
 
 def in_sight(dem: Dem, eye: ArrayLike, points: ArrayLike) -> NDArray[np.bool_]:
-    """Whether the ground leaves the line from ``eye`` (3,) to each of ``points`` (n, 3) free; site frame [m].
+    """Whether the ground leaves the line from an eye to points free.
 
     Looked at once in every cell on the way: what is narrower than a cell may be missed. Unknown ground hides nothing.
+
+    Args:
+        dem: the ground, in site.
+        eye: (3,) in site [m].
+        points: (n, 3) in site [m].
+
+    Returns:
+        (n,).
     """
     eye, points = np.asarray(eye, float), np.asarray(points, float)
     way = points - eye

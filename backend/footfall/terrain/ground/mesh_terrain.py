@@ -51,9 +51,19 @@ def terrain_of_mesh(
 ) -> Dem:
     """The highest surface of a mesh, with its height error, in the mesh's own unit.
 
-    resolution: cell size, or None: that of the mesh's detail. unit: how long the mesh's unit is [m]. most_error: what
-    is accepted [m]. Raises InvalidTerrain as :func:`~footfall.terrain.ground.rasterise.rasterise`, and where the Dem
-    is farther from the mesh than is accepted.
+    Args:
+        mesh: z up, in a unit of its own.
+        resolution: side of the cells, in that unit; None: that of the mesh's detail.
+        name: what the map is called.
+        unit: how long the mesh's unit is [m].
+        most_error: how far, vertically, the mesh may be from the cells' surface [m].
+
+    Returns:
+        The ground.
+
+    Raises:
+        InvalidTerrain: the mesh is no surface, see :func:`~footfall.terrain.ground.rasterise.rasterise`, or farther
+            from the cells' than is accepted.
     """
     surface = _Surface(mesh)
     dem = rasterise(mesh, resolution, name)

@@ -29,13 +29,21 @@ _CELLS_AT_ONCE = 4_000_000
 
 
 def rasterise(mesh: Mesh, resolution: float | None = None, name: str = "mesh") -> Dem:
-    """Dem of the highest surface of a mesh, z up, [m]; NaN where no triangle covers the cell centre.
+    """The highest surface of a mesh as a terrain.
 
-    resolution: cell size [m]; None takes a short edge of those seen from above, fitted to the extent. The
-    grid starts at the mesh's south-west corner.
-    Raises InvalidTerrain where the mesh is no surface seen from above: it has no triangles, only walls,
-    or more than MAX_LAYERED_SHARE of its cells lie under another part of it (a closed solid, a roof).
-    A few overhangs, such as rocks, are cut to their upper side.
+    The grid starts at the mesh's south-west corner. A few overhangs, such as rocks, are cut to their upper side.
+
+    Args:
+        mesh: z up [m].
+        resolution: side of the cells [m]; None: a short edge of those seen from above, fitted to the extent.
+        name: what the map is called.
+
+    Returns:
+        The ground; NaN where no triangle covers the cell's centre.
+
+    Raises:
+        InvalidTerrain: the mesh is no surface seen from above: it has no triangles, only walls, or more than
+            MAX_LAYERED_SHARE of its cells lie under another part of it (a closed solid, a roof).
     """
     if not len(mesh.triangles):
         raise InvalidTerrain("the mesh has no triangles; a terrain needs a surface, not points")
@@ -77,7 +85,16 @@ def rasterise(mesh: Mesh, resolution: float | None = None, name: str = "mesh") -
 
 
 def extremes(corners: Array, normal: Array, grid: GridGeometry) -> tuple[Array, Array]:
-    """Highest and lowest point of the mesh over each cell centre, flat; −inf and inf where there is none."""
+    """Highest and lowest point of a mesh over each cell centre.
+
+    Args:
+        corners: of its triangles, (m, 3, 3) [m].
+        normal: of each, (m, 3).
+        grid: the cells.
+
+    Returns:
+        Heights (rows · cols,) each [m]; −inf and inf where there is none.
+    """
     highest, lowest = np.full(grid.rows * grid.cols, -np.inf), np.full(grid.rows * grid.cols, np.inf)
     for cells, z in _covered_cells(corners, normal, grid):
         np.maximum.at(highest, cells, z)

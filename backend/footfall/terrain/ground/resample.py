@@ -25,7 +25,17 @@ def resample(dem: Dem, resolution: float) -> Dem:
 
 
 def square_cells(heights: NDArray, spacing_x: float, spacing_y: float, resolution: float) -> NDArray[np.float64]:
-    """Heights of a grid with oblong cells on square ones, by bilinear interpolation, from the same cell (0, 0)."""
+    """Heights of a grid with oblong cells on square ones, by bilinear interpolation, from the same cell (0, 0).
+
+    Args:
+        heights: (rows, cols) [m].
+        spacing_x: between columns [m].
+        spacing_y: between rows [m].
+        resolution: side of the square cells [m].
+
+    Returns:
+        Heights (rows, cols) of those [m].
+    """
     rows, cols = heights.shape
     grid = grid_over((0.0, 0.0, (cols - 1) * spacing_x, (rows - 1) * spacing_y), resolution)
     along_x = np.empty((rows, grid.cols))

@@ -19,7 +19,16 @@ _SAMPLES_AT_ONCE = 2_000_000
 
 
 def height_at(dem: Dem, x: ArrayLike, y: ArrayLike) -> Array:
-    """Height of the surface [m] at x, y [m], broadcast; NaN off the map and where unknown."""
+    """Height of the surface at places.
+
+    Args:
+        dem: the ground, in site.
+        x: east, in site [m]; broadcast with y.
+        y: north, in site [m].
+
+    Returns:
+        Heights (…) [m]; NaN off the map and where unknown.
+    """
     x, y = np.broadcast_arrays(np.asarray(x, float), np.asarray(y, float))
     grid = dem.geometry
     u = (x.ravel() - grid.x0) / grid.resolution
@@ -28,12 +37,22 @@ def height_at(dem: Dem, x: ArrayLike, y: ArrayLike) -> Array:
 
 
 def normal_at(dem: Dem, x: ArrayLike, y: ArrayLike, radius: float) -> Array:
-    """Upward unit normal (…, 3) of the least-squares plane through the surface in a disc.
+    """Upward unit normal of the least-squares plane through the surface in a disc.
 
-    x, y: centre of the disc [m], broadcast. radius [m], such as a wheel's.
-    The surface is sampled on a lattice about the centre, as fine as the grid and never coarser than a
-    quarter of the radius, so coarse grids give the slope under the wheel too. NaN where less than half
-    of the disc is known, or what is known lies almost on a line.
+    The surface is sampled on a lattice about the centre, as fine as the grid and never coarser than a quarter of the
+    radius, so coarse grids give the slope under the wheel too.
+
+    Args:
+        dem: the ground, in site.
+        x: east, of the disc's centre in site [m]; broadcast with y.
+        y: north, of the disc's centre in site [m].
+        radius: of the disc, such as a wheel's [m].
+
+    Returns:
+        (…, 3); NaN where less than half of the disc is known, or what is known lies almost on a line.
+
+    Raises:
+        InvalidInput: the radius is not above zero.
     """
     if not 0 < radius < np.inf:
         raise InvalidInput(f"a normal needs a positive radius [m], not {radius}")
@@ -85,13 +104,21 @@ def _fitted_normals(dx: Array, dy: Array, z: Array, radius: float) -> Array:
 
 
 def pick(dem: Dem, origin: ArrayLike, direction: ArrayLike) -> Array | None:
-    """First point (3,) [m] where a ray meets the surface, from above or below; None where it misses.
+    """First point where a ray meets the surface, from above or below.
 
-    origin: (3,) site frame [m]. direction: (3,), of any length. Raises InvalidInput for a zero or
-    non-finite ray.
+    Between its crossings of the triangles' edges the ray runs over one triangle, where its height above the surface is
+    linear; the first change of sign is the hit.
 
-    Between its crossings of the triangles' edges the ray runs over one triangle, where its height above
-    the surface is linear; the first change of sign is the hit.
+    Args:
+        dem: the ground, in site.
+        origin: (3,) in site [m].
+        direction: (3,), of any length.
+
+    Returns:
+        (3,) in site [m]; None where it misses.
+
+    Raises:
+        InvalidInput: the ray is not finite, or has no direction.
     """
     origin, direction = np.asarray(origin, float), np.asarray(direction, float)
     if origin.shape != (3,) or direction.shape != (3,) or not np.isfinite([origin, direction]).all():

@@ -17,10 +17,18 @@ def triangulate(dem: Dem) -> Mesh:
 
 
 def crop(terrain: Mesh | Dem, center_xy: ArrayLike, radius: float) -> Mesh:
-    """The triangles whose bounding rectangle comes within ``radius`` [m] of a point (x, y).
+    """The triangles whose bounding rectangle comes near a place.
 
-    No triangle that reaches into the disc is left out; a few just outside it may stay. A Dem gives the
-    same triangles as its whole triangulation, sooner.
+    No triangle that reaches into the disc is left out; a few just outside it may stay. A Dem gives the same triangles
+    as its whole triangulation, sooner.
+
+    Args:
+        terrain: the ground as triangles, or as cells.
+        center_xy: (2,) in site [m].
+        radius: how near [m].
+
+    Returns:
+        Those triangles.
     """
     x, y = (float(c) for c in np.asarray(center_xy, float))
     if isinstance(terrain, Dem):

@@ -29,15 +29,32 @@ class Whole:
 
 
 def without_holes(dem: Dem, center_xy: Array, radius: float, contacts: Array) -> Whole | None:
-    """The ground within ``radius`` [m] of a place with its holes filled; None where nothing is known there.
+    """The ground around a place with its holes filled.
 
-    contacts: (k, 3) where wheels stand, site [m].
+    Args:
+        dem: the ground, in site.
+        center_xy: (2,) in site [m].
+        radius: how far around [m].
+        contacts: (k, 3) where wheels stand, in site [m].
+
+    Returns:
+        That ground, and which cells were filled; None where nothing is known there.
     """
     return without_holes_between(dem, center_xy - radius, center_xy + radius, contacts)
 
 
 def without_holes_between(dem: Dem, low_xy: Array, high_xy: Array, contacts: Array) -> Whole | None:
-    """The same of the ground between two corners (2,) [m]."""
+    """The ground between two corners with its holes filled.
+
+    Args:
+        dem: the ground, in site.
+        low_xy: south-west corner, (2,) in site [m].
+        high_xy: north-east corner, (2,) in site [m].
+        contacts: (k, 3) where wheels stand, in site [m].
+
+    Returns:
+        That ground, and which cells were filled; None where nothing is known there.
+    """
     grid = dem.geometry
     low = np.floor((low_xy - (grid.x0, grid.y0)) / grid.resolution).astype(int)
     high = np.ceil((high_xy - (grid.x0, grid.y0)) / grid.resolution).astype(int) + 1

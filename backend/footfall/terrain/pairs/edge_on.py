@@ -8,14 +8,22 @@ from footfall.terrain.pairs.refine import Refined
 
 
 def incidence(fitted: Refined, camera: Camera, offset: float) -> NDArray[np.float32]:
-    """Angle between each pixel's ray and the surface there, (height, width) [rad], NaN where unknown.
+    """Angle between each pixel's ray and the surface there.
 
     A match that slides from the rim of a thing to what lies behind it points at the camera: the test of Fuchs & May
     (*Calibration and registration for precise surface reconstruction with time-of-flight cameras*, 2008) for such jump
-    edges. camera: the left one; offset: cx_right − cx_left [px].
+    edges.
 
-    Over the normalised image (x, y) a plane has the disparity a·x + b·y + c with the normal (a, b, c), so that for
-    the ray r = (x, y, 1) the sine of the angle is (disparity + offset) / (|(a, b, c)| · |r|).
+    Over the normalised image (x, y) a plane has the disparity a·x + b·y + c with the normal (a, b, c), so that for the
+    ray r = (x, y, 1) the sine of the angle is (disparity + offset) / (|(a, b, c)| · |r|).
+
+    Args:
+        fitted: planes of the disparity at each pixel.
+        camera: the left one.
+        offset: cx_right − cx_left [px].
+
+    Returns:
+        (height, width) [rad], NaN where unknown.
     """
     shifted = fitted.disparity + np.float32(offset)
     x = ((np.arange(camera.width) - camera.cx) / camera.fx).astype(np.float32)[None, :]

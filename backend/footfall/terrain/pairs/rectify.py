@@ -45,12 +45,24 @@ def rectify(
     max_skew: float = MAX_SKEW,
     view: str = WHOLE,
 ) -> ImagePair:
-    """The rectified pair of two grey images (height, width), of the same size; pixels without a source are black.
+    """The rectified pair of two grey images; pixels without a source are black.
 
-    view: which part it shows, "whole" or "common".
+    Args:
+        calibration: of the two cameras.
+        left: (height, width).
+        right: (height, width), of the same size.
+        time: when the left one was taken [s].
+        time_right: when the right one was taken [s]; None: at the same time.
+        T_site_base: pose of the chassis, (4, 4); None: identity.
+        max_skew: the images are taken at most so far apart [s].
+        view: which part it shows, "whole" or "common".
 
-    time, time_right: when they were taken [s] (None: at the same time). T_site_base: (4, 4), by default identity.
-    Raises InvalidImages, naming the pair: wrong size, taken at different times, a pose that is not finite.
+    Returns:
+        The pair.
+
+    Raises:
+        InvalidImages: an image has the wrong size, they were taken at different times, or the pose is not finite; the
+            pair is named.
     """
     name = calibration.name
     for side, image, camera in (("left", left, calibration.left), ("right", right, calibration.right)):
@@ -76,9 +88,16 @@ def rectify(
 
 
 def require_simultaneous(name: str, time_left: float, time_right: float | None, max_skew: float) -> None:
-    """Raise InvalidImages where the images of a pair were taken more than ``max_skew`` [s] apart.
+    """Refuse images of a pair that were taken too far apart.
 
-    time_right: None where it is the same moment.
+    Args:
+        name: of the pair.
+        time_left: when the left one was taken [s].
+        time_right: when the right one was taken [s]; None: at the same moment.
+        max_skew: how far apart they may be [s].
+
+    Raises:
+        InvalidImages: they are farther apart.
     """
     apart = 0.0 if time_right is None else abs(time_right - time_left)
     if not apart <= max_skew:

@@ -66,9 +66,15 @@ class Refined(NamedTuple):
 
 
 def refined(left: NDArray[np.uint8], right: NDArray[np.uint8], disparity: Image) -> Refined:
-    """Better disparities; NaN stays NaN. Deterministic.
+    """Better disparities; deterministic.
 
-    disparity: (height, width) to about half a pixel, NaN = unknown.
+    Args:
+        left: (height, width).
+        right: (height, width).
+        disparity: (height, width) to about half a pixel [px], NaN = unknown.
+
+    Returns:
+        Planes of the disparity at each pixel; NaN stays NaN.
     """
     known = np.isfinite(disparity)
     grey_left, grey_right = left.astype(np.float32), right.astype(np.float32)
@@ -103,12 +109,18 @@ def refined(left: NDArray[np.uint8], right: NDArray[np.uint8], disparity: Image)
 
 
 def off_plane(disparity: Image, along: Image, down: Image) -> Image:
-    """How far the surface around each pixel is off the pixel's plane, the mean over the largest window [px].
-
-    0 where unknown. Arguments as in :class:`Refined`.
+    """How far the surface around each pixel is off the pixel's plane, the mean over the largest window.
 
     A fit that took all neighbours for one surface would be off by that. What differs by little from the plane is taken
     for it, so disparities of small things and rims may be wrong by as much, which no difference of images shows.
+
+    Args:
+        disparity: (height, width) [px], NaN = unknown.
+        along: its change per column, (height, width) [px].
+        down: its change per row, (height, width) [px].
+
+    Returns:
+        (height, width) [px]; 0 where unknown.
     """
     known = np.isfinite(disparity)
     rows, cols = np.indices(disparity.shape, np.float32)

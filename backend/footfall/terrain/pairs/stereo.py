@@ -63,10 +63,18 @@ def disparity(pair: ImagePair, settings: TerrainSettings) -> NDArray[np.float32]
 
 
 def deviations(found: Refined, pair: ImagePair, settings: TerrainSettings) -> NDArray[np.float32]:
-    """Standard deviation of each disparity [px], infinite where the surface is met edge-on, NaN where unknown.
+    """Standard deviation of each disparity.
 
     In shadows, and over the rims of things, matching leads over from one surface to another in steps that are too small
     to be told from a slope. Even patches show in the deviation, and what leads over a rim is met edge-on.
+
+    Args:
+        found: planes of the disparity at each pixel.
+        pair: the images.
+        settings: how flat a surface may be met.
+
+    Returns:
+        (height, width) [px], infinite where the surface is met edge-on, NaN where unknown.
     """
     edge_on = incidence(found, pair.camera_left, offset(pair)) < settings.least_angle
     return np.where(edge_on, np.float32(np.inf), found.deviation)

@@ -31,9 +31,18 @@ class LegError(NamedTuple):
 def encoder_and_sag_errors(
     robot: Robot, posture: NDArray[np.float64], encoder_sd: float = ENCODER_SD, sag: float = SAG
 ) -> list[LegError]:
-    """Of each leg: independent errors of its encoders [rad], and its wheel up to ``sag`` [m] nearer to the chassis.
+    """What encoders and sag may be off by, of each leg.
 
     A leg bends under a vertical force f at its wheel as springs in series do, in proportion to K⁻¹ Jᵀ f.
+
+    Args:
+        robot: the rover.
+        posture: joint angles, (legs × 6,) [rad].
+        encoder_sd: standard deviation of each encoder, independent of the others [rad].
+        sag: the most that a wheel comes nearer to the chassis [m].
+
+    Returns:
+        One for each leg.
     """
     errors = []
     for leg in robot.legs:
@@ -46,7 +55,16 @@ def encoder_and_sag_errors(
 
 
 def joint_axes(robot: Robot, q_leg: NDArray[np.float64], leg: int) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
-    """Axes and origins of a leg's joints in base, (6, 3) each."""
+    """Axes and origins of a leg's joints.
+
+    Args:
+        robot: the rover.
+        q_leg: angles of the leg, (6,) [rad].
+        leg: number of the leg, from 0.
+
+    Returns:
+        (6, 3) each, in base [m].
+    """
     poses = leg_link_poses(robot, q_leg, leg)
     Ts_base_joint = [poses[name] for name in robot.description.legs[leg].link_names[:6]]
     axes = np.array([T[:3, "xyz".index(axis)] for T, (_, axis) in zip(Ts_base_joint, JOINTS, strict=True)])
@@ -56,6 +74,16 @@ def joint_axes(robot: Robot, q_leg: NDArray[np.float64], leg: int) -> tuple[NDAr
 def point_jacobians(
     axes: NDArray[np.float64], origins: NDArray[np.float64], points: NDArray[np.float64], place: NDArray[np.int64]
 ) -> NDArray[np.float64]:
-    """d(point) / d(joint angles), (n, 3, 6) [m/rad], for points (n, 3) of links number ``place`` (n,) from the hip."""
+    """Derivatives of points by the joint angles.
+
+    Args:
+        axes: (6, 3) unit, in base.
+        origins: (6, 3) in base [m].
+        points: (n, 3) in base [m].
+        place: (n,) of which link each is, counted from the hip.
+
+    Returns:
+        d(point) / d(joint angles), (n, 3, 6) [m/rad].
+    """
     J = np.cross(axes[None], points[:, None] - origins[None]).transpose(0, 2, 1)
     return np.where(np.arange(6)[None, None] <= place[:, None, None], J, 0.0)

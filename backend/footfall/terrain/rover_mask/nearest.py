@@ -17,11 +17,21 @@ def nearest_triangles(
     reach: float,
     alike: float,
 ) -> tuple[NDArray[np.int64], NDArray[np.float64]]:
-    """For each point the nearest triangle within ``reach`` [m], −1 where there is none, and its nearest point, (n, 3).
+    """For each point the nearest triangle, and its nearest point.
 
-    Only triangles whose normal makes an angle with a cosine of at least ``alike`` with the point's normal count.
-    points, normals: (n, 3); corners: (m, 3, 3); triangle_normals: (m, 3); first: (parts + 1,), the triangles of part
-    i are first[i] to first[i + 1] − 1: parts that are too far away are passed over at once.
+    Parts that are too far away are passed over at once.
+
+    Args:
+        points: (n, 3) [m].
+        normals: (n, 3) unit, of the surface at the points.
+        corners: of the triangles, (m, 3, 3) [m].
+        triangle_normals: (m, 3) unit.
+        first: (parts + 1,), the triangles of part i are first[i] to first[i + 1] − 1.
+        reach: how far a triangle may be [m].
+        alike: least cosine of the angle between the two normals; others don't count.
+
+    Returns:
+        Numbers (n,), −1 where there is none, and points (n, 3) [m].
     """
     centers, radii = _spheres(corners, first)
     found, at = np.full(len(points), -1, np.int64), np.zeros((len(points), 3))

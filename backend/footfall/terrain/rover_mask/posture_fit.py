@@ -113,11 +113,20 @@ def fit_posture(
     encoder_sd: float = ENCODER_SD,
     sag: float = SAG,
 ) -> PostureFit:
-    """The posture that the disparities (height, width) [px] of all pairs show.
+    """The posture that the disparities of all pairs show.
 
-    encoded: what the encoders say, (36,) [rad]; encoder_sd: their standard deviation [rad]; sag: the most that a loaded
-    leg's wheel comes nearer to the chassis [m]. A leg that nothing is seen of, or whose fit does not explain its
-    points better than the prior, or lies further from it than three standard deviations, stays as it was encoded.
+    A leg that nothing is seen of, or whose fit does not explain its points better than the prior, or lies further from
+    it than three standard deviations, stays as it was encoded.
+
+    Args:
+        robot: the rover.
+        encoded: what the encoders say, (legs × 6,) [rad].
+        matched: pairs with their disparities, (height, width) [px].
+        encoder_sd: standard deviation of the encoders [rad].
+        sag: the most that a loaded leg's wheel comes nearer to the chassis [m].
+
+    Returns:
+        The posture, and how much of each leg was found.
     """
     errors = encoder_and_sag_errors(robot, encoded, encoder_sd, sag)
     priors = [_prior(error) for error in errors]

@@ -46,15 +46,24 @@ def robot_depths(
     errors: Sequence[LegError] | None = None,
     fitted_margin: float = 0.01,
 ) -> NDArray[np.float32]:
-    """Greatest depth at which each pixel may show the robot, (height, width) [m]: 0 where it never does.
+    """Greatest depth at which each pixel may show the robot.
 
-    Infinite on the robot as its posture has it: what is matched there is the robot or wrong. Around that, each part
-    is widened by how far errors of the joint angles move it in the image, at least by ``margin`` [m] at its nearest
-    depth (shapes and camera poses are not exact), and by ``extra_px`` (matching smears edges by half a block). In
-    that rim, only what lies no deeper than the part can be the part: the ground behind stays.
+    Infinite on the robot as its posture has it: what is matched there is the robot or wrong. Around that, each part is
+    widened by how far errors of the joint angles move it in the image. In that rim, only what lies no deeper than the
+    part can be the part: the ground behind stays.
 
-    errors: of each leg; by default what encoders and sag do. fitted_margin: instead of ``margin``, for legs that
-    images showed [m].
+    Args:
+        robot: the rover.
+        state: how the rover stands.
+        camera: a pinhole, without distortion.
+        margin: each part is widened by so much at least, at its nearest depth (shapes and camera poses are not exact)
+            [m].
+        extra_px: and by so much (matching smears edges by half a block) [px].
+        errors: of each leg's posture; None: what encoders and sag do.
+        fitted_margin: instead of ``margin``, for legs that images showed [m].
+
+    Returns:
+        (height, width) [m]: 0 where it never does.
     """
     T_camera_base = frames.inverse(camera.T_base_camera)
     R_camera_base = T_camera_base[:3, :3]
@@ -100,9 +109,16 @@ def displacements(
 ) -> list[tuple[NDArray[np.float64], NDArray[np.float64], bool]]:
     """How far the vertices of every part of :func:`robot_parts`, in that order, may be from where the posture has them.
 
-    For each part: ``spread`` (n, 3, 6), what each independent error of its leg moves a vertex by at one standard
-    deviation, ``bend`` (n, 3), what the sag does [m], both in base, and whether images showed its leg. The chassis and
-    what it carries stay: cameras ride on it.
+    The chassis and what it carries stay: cameras ride on it.
+
+    Args:
+        robot: the rover.
+        posture: joint angles, (legs × 6,) [rad].
+        errors: of each leg's posture.
+
+    Returns:
+        For each part: ``spread`` (n, 3, 6), what each independent error of its leg moves a vertex by at one standard
+        deviation, ``bend`` (n, 3), what the sag does [m], both in base, and whether images showed its leg.
     """
     found: dict[str, tuple[NDArray[np.float64], NDArray[np.float64], bool]] = {}
     for leg, (spec, error) in enumerate(zip(robot.description.legs, errors, strict=True)):
@@ -156,10 +172,18 @@ def mesh_depths(
     widths: Sequence[float] | None = None,
     deeper: Sequence[float] | None = None,
 ) -> NDArray[np.float32]:
-    """As :func:`robot_depths` for any meshes in the camera frame.
+    """As :func:`robot_depths`, for any meshes.
 
-    margin: of all or of each [m]; widths: at least so wide is each widened [px]; deeper: so much deeper than it was
-    drawn each may be [m].
+    Args:
+        parts: in the camera's frame [m].
+        camera: a pinhole, without distortion.
+        margin: of all or of each [m].
+        extra_px: each is widened by so much more [px].
+        widths: at least so wide is each widened [px]; None: by its margin alone.
+        deeper: so much deeper than it was drawn each may be [m]; None: no more.
+
+    Returns:
+        (height, width) [m]: 0 where none is.
     """
     # drawn with a border all round, from which parts just outside the image widen into it
     border = MAX_WIDENING

@@ -32,10 +32,19 @@ def without_robot(
     settings: TerrainSettings,
     errors: Sequence[LegError] | None = None,
 ) -> NDArray[np.uint8]:
-    """Set to NaN, in place, pixels that show the robot in either image of the pair; errors: of each leg's posture.
+    """Set to NaN, in place, the pixels that show the robot in either image of the pair.
 
-    Returns what the others are, (height, width): APART, BESIDE or MAYBE. Those are MAYBE that lie in its rims, and
-    those next to its rims that lie no deeper than it may.
+    Args:
+        disparity: (height, width) [px]; what shows the robot becomes NaN.
+        pair: the images.
+        robot: the rover.
+        state: how the rover stands.
+        settings: how wide rims are.
+        errors: of each leg's posture; None: what encoders and sag do.
+
+    Returns:
+        What the others are, (height, width): APART, BESIDE or MAYBE. Those are MAYBE that lie in its rims, and those
+        next to its rims that lie no deeper than it may.
     """
     extra = settings.block_size // 2 + 1
     in_left, in_right = (
