@@ -110,10 +110,20 @@ def clearance_ground(
 ) -> GroundTables:
     """The ground as LegClearance needs it: made once for a terrain, it serves every leg and stance.
 
-    heights: (rows, cols) [m], NaN where unknown. clearance: the largest that a LegClearance will use it with [m].
-    around, within: (x, y) and radius [m] of the part that is needed, where the whole would be too much: one leg
-    needs its hip's x, y and :func:`leg_reach`. most_cells: of all tables. Raises InvalidInput where heights and
-    geometry don't fit together and where the ground is too large for that.
+    Args:
+        robot: the rover.
+        heights: (rows, cols) [m], NaN where unknown.
+        geometry: the grid.
+        clearance: the largest that a LegClearance will use it with [m].
+        around: (x, y) of the part that is needed [m], where the whole would be too much; None: the whole.
+        within: radius of that part [m]: one leg needs its hip's x, y and :func:`leg_reach`.
+        most_cells: of all tables.
+
+    Returns:
+        Tables for the balls of every part.
+
+    Raises:
+        InvalidInput: heights and geometry don't fit together, or the ground is too large.
     """
     require_distances(clearance=clearance)
     radii = np.concatenate(_required_radii(robot.description, clearance))
@@ -272,7 +282,16 @@ def _balls(
 
 
 def wheel_drums(description: RobotDescription, ground: GroundTables, clearance: float) -> Array:
-    """Rows of ``LegTables.drums``; zeros where the wheel is no drum, or larger than what the ground was cut out for."""
+    """Rows of ``LegTables.drums``.
+
+    Args:
+        description: of the rover.
+        ground: tables that the wheel is compared with.
+        clearance: that the leg is to keep [m].
+
+    Returns:
+        The rows; zeros where the wheel is no drum, or larger than what the ground was cut out for.
+    """
     meshes = robot_meshes(description)
     deltas = {TRUE_GROUND: 0.0, RAISED_GROUND: description.clearances.terrain["wheel"] + clearance}
     drums = np.zeros((2, MOST + 1))

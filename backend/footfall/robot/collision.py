@@ -143,7 +143,18 @@ def posture_collisions(
     terrain_mesh: Mesh | None = None,
     clearance: float = 0.0,
 ) -> list[Collision]:
-    """Every pair of the whole robot that is too close at one posture, link by link; the wheels may touch the ground."""
+    """Every pair of the whole robot that is too close at one posture, link by link; the wheels may touch the ground.
+
+    Args:
+        robot: the rover.
+        posture: joint angles, (legs × 6,) [rad].
+        T_site_base: pose of the chassis, (4, 4).
+        terrain_mesh: the ground, in site [m]; None: there is none.
+        clearance: added to what the description asks for [m].
+
+    Returns:
+        The pairs, none where all are far enough apart.
+    """
     require_distances(clearance=clearance)
     q = robot.require_posture(posture)
     T_site_base = require_transform(T_site_base, "T_site_base")

@@ -75,7 +75,16 @@ def ball_tree(mesh: Mesh, edges: Edges = EDGES) -> BallTree:
 
 
 def cut(triangles: Array, normal: Array, offset: float) -> Array:
-    """Triangles (n, 3, 3) divided where they cross the plane ``normal · x = offset``: the same surface, (m, 3, 3)."""
+    """Triangles divided where they cross a plane: the same surface.
+
+    Args:
+        triangles: (n, 3, 3) [m].
+        normal: (3,) of the plane.
+        offset: the plane has normal · x = offset.
+
+    Returns:
+        (m, 3, 3) [m].
+    """
     side = triangles @ np.asarray(normal, float) - offset
     crossing = (side.max(axis=1) > 1e-12) & (side.min(axis=1) < -1e-12)
     kept, across, side = triangles[~crossing], triangles[crossing], side[crossing]

@@ -18,9 +18,16 @@ Array = NDArray[np.float64]
 
 
 def overlap(robot: Robot, posture: Array, link_a: str, link_b: str) -> float:
-    """Length of the shortest shift that parts the hulls of two links, or of a link and the payload [m].
+    """Length of the shortest shift that parts the hulls of two links, or of a link and the payload.
 
-    At least what parts the meshes; 0 where the hulls are apart. posture: (legs × 6,) [rad].
+    Args:
+        robot: the rover.
+        posture: joint angles, (legs × 6,) [rad].
+        link_a: name of the one.
+        link_b: name of the other.
+
+    Returns:
+        At least what parts the meshes [m]; 0 where the hulls are apart.
     """
     (hull_a, pose_a), (hull_b, pose_b) = (_placed_hull(robot, posture, link) for link in (link_a, link_b))
     found = coal.distance(hull_a, pose_a, hull_b, pose_b, coal.DistanceRequest(), coal.DistanceResult())

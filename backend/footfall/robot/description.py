@@ -208,9 +208,16 @@ def with_payload(
     size: ArrayLike = (1.2, 1.2, 0.6),
     position: ArrayLike = (0.0, 0.0, 0.3),
 ) -> RobotDescription:
-    """The same rover carrying a box of ``mass`` [kg]; 0 takes the payload away.
+    """The same rover carrying a box.
 
-    size: (3,) [m]; position: of the box's centre in base, (3,) [m] (z = size/2: standing on the deck).
+    Args:
+        description: of the rover.
+        mass: of the box [kg]; 0 takes the payload away.
+        size: (3,) [m].
+        position: of the box's centre in base, (3,) [m] (z = size/2: standing on the deck).
+
+    Returns:
+        Its description.
     """
     payload = None if mass == 0 else Payload(float(mass), np.asarray(size, float), np.asarray(position, float))
     fields = {name: getattr(description, name) for name in description.__dataclass_fields__}

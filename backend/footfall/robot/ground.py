@@ -18,7 +18,16 @@ Array = NDArray[np.float64]
 
 
 def crop(mesh: Mesh, center_xy: ArrayLike, radius: float) -> Mesh:
-    """The triangles of a mesh that may come within ``radius`` of a vertical line through ``center_xy`` [m]."""
+    """The triangles of a mesh that may come near a vertical line.
+
+    Args:
+        mesh: the ground, in site [m].
+        center_xy: where the line is, (2,) [m].
+        radius: how near [m].
+
+    Returns:
+        Those triangles.
+    """
     corners = mesh.vertices[:, :2][mesh.triangles]
     middle = corners.mean(axis=1)
     size = np.linalg.norm(corners - middle[:, None], axis=2).max(axis=1, initial=0.0)

@@ -80,10 +80,21 @@ def ground_tables(
 ) -> GroundTables:
     """Tables of the ground for balls of each radius.
 
-    heights: (rows, cols) [m] of the cell centres, NaN where unknown. around: (x, y) and within [m]: a circle outside of
-    which nothing will be asked; the rest of the grid is left out. most_cells: that are made, of all tables together.
-    Raises InvalidInput where the heights are not of the geometry's shape, infinite or too many, where a radius is not
-    above zero, and where the circle is none.
+    Args:
+        heights: (rows, cols) of the cell centres [m], NaN where unknown.
+        geometry: the grid.
+        radii: of the balls [m].
+        around: middle (x, y) of a circle outside of which nothing will be asked [m]; the rest of the grid is left out.
+            None: there is none.
+        within: radius of that circle [m].
+        most_cells: that are made, of all tables together.
+
+    Returns:
+        The tables.
+
+    Raises:
+        InvalidInput: the heights are not of the geometry's shape, infinite or too many, a radius is not above zero, or
+            the circle is none.
     """
     z = np.asarray(heights)
     if z.shape != geometry.shape:
@@ -241,7 +252,18 @@ def _rises(radius: float, pitch: float) -> Array:
 
 @njit()
 def needed_height(cells: Array, layout: Array, k: int, x: float, y: float) -> float:
-    """T of the k-th radius at (x, y) in site [m]: from there up, the middle of a ball is clear of the ground."""
+    """From which height up the middle of a ball is clear of the ground.
+
+    Args:
+        cells: of the tables.
+        layout: of the tables.
+        k: number of the ball's radius.
+        x: east, in site [m].
+        y: north, in site [m].
+
+    Returns:
+        T of that radius there [m].
+    """
     x, y = (x - layout[k, X]) * layout[k, PER_METRE], (y - layout[k, Y]) * layout[k, PER_METRE]
     if not (x >= 0.0 and y >= 0.0 and x < layout[k, COLUMNS] and y < layout[k, ROWS]):
         return -np.inf

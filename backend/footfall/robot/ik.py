@@ -38,9 +38,18 @@ class IkSolutions:
 
 
 def solve_leg(robot: Robot, leg: int, Ts_base_wheel: ArrayLike) -> IkSolutions:
-    """All branches for wheel poses (n, 4, 4) in base (x from ankle to wheel centre, y axle).
+    """All branches of a leg for wheel poses.
 
-    Angles are turned by 2π into the joint's limits where that is possible; else they are in (−π, π].
+    Args:
+        robot: the rover.
+        leg: number of the leg, from 0.
+        Ts_base_wheel: (n, 4, 4), x from ankle to wheel centre, y axle.
+
+    Returns:
+        Angles of every branch, turned by 2π into the joint's limits where that is possible; else in (−π, π].
+
+    Raises:
+        InvalidInput: the poses have another shape.
     """
     leg = robot.require_leg(leg)
     spec = robot.description.legs[leg]
@@ -56,12 +65,23 @@ def solve_leg(robot: Robot, leg: int, Ts_base_wheel: ArrayLike) -> IkSolutions:
 def wheel_pose_for_contact(
     robot: Robot, contact: ArrayLike, normal: ArrayLike, heading: ArrayLike, T_site_base: ArrayLike
 ) -> Array:
-    """T_base_wheel, (…, 4, 4), of a wheel that stands upright on the ground at ``contact``.
+    """Pose of a wheel that stands upright on the ground at a contact; inverse of :func:`contact_point`.
 
-    contact, normal: (…, 3) in site (normals need not be unit length); heading: (…) azimuth in site [rad] in which
-    the wheel would roll. The wheel's x is −normal, its axle is perpendicular to heading and normal, and its
-    centre is one radius above the contact along the normal. Inverse of :func:`contact_point`.
-    Raises InvalidInput where a normal is zero or parallel to its heading. NaN gives NaN.
+    The wheel's x is −normal, its axle is perpendicular to heading and normal, and its centre is one radius above the
+    contact along the normal.
+
+    Args:
+        robot: the rover.
+        contact: (…, 3) in site [m].
+        normal: (…, 3) in site, of any length above zero.
+        heading: (…) azimuth in site in which the wheel would roll [rad].
+        T_site_base: pose of the chassis, (4, 4).
+
+    Returns:
+        T_base_wheel, (…, 4, 4); NaN gives NaN.
+
+    Raises:
+        InvalidInput: a normal is zero or parallel to its heading.
     """
     contact, normal, heading = np.asarray(contact, float), np.asarray(normal, float), np.asarray(heading, float)
     shape = np.broadcast_shapes(contact.shape[:-1], normal.shape[:-1], heading.shape)
@@ -78,15 +98,37 @@ def wheel_pose_for_contact(
 def contact_point(
     robot: Robot, posture: ArrayLike, leg: int, T_site_base: ArrayLike, normal: ArrayLike = (0.0, 0.0, 1.0)
 ) -> Array:
-    """Point of the wheel's rim that is lowest along ``normal``, in site, (3,) [m]; the rim is a circle about the axle.
+    """Point of a wheel's rim that is lowest along a normal; the rim is a circle about the axle.
 
     Where the normal is along the axle (a wheel lying flat) all are as low; it is the one farthest from the ankle.
+
+    Args:
+        robot: the rover.
+        posture: joint angles, (legs × 6,) [rad].
+        leg: number of the leg, from 0.
+        T_site_base: pose of the chassis, (4, 4).
+        normal: (3,) in site, of any length above zero.
+
+    Returns:
+        (3,) in site [m].
     """
     return lowest_rim_point(robot, np.asarray(T_site_base, float) @ wheel_pose(robot, posture, leg), normal)
 
 
 def lowest_rim_point(robot: Robot, T_site_wheel: Array, normal: ArrayLike) -> Array:
-    """:func:`contact_point` of a wheel at a pose (4, 4)."""
+    """As :func:`contact_point`, of a wheel at a pose.
+
+    Args:
+        robot: the rover.
+        T_site_wheel: pose of the wheel, (4, 4).
+        normal: (3,) in site, of any length above zero.
+
+    Returns:
+        (3,) in site [m].
+
+    Raises:
+        InvalidInput: the normal is zero or has another shape.
+    """
     up = np.asarray(normal, float)
     length = np.linalg.norm(up)
     if up.shape != (3,) or not length > 0:
@@ -99,6 +141,15 @@ def lowest_rim_point(robot: Robot, T_site_wheel: Array, normal: ArrayLike) -> Ar
 
 
 def leg_azimuth(robot: Robot, leg: int, T_site_base: ArrayLike) -> float:
-    """Azimuth in site of the leg's radially outward direction [rad]: the default heading of its wheel."""
+    """Azimuth of a leg's radially outward direction: the default heading of its wheel.
+
+    Args:
+        robot: the rover.
+        leg: number of the leg, from 0.
+        T_site_base: pose of the chassis, (4, 4).
+
+    Returns:
+        In site [rad].
+    """
     out = np.asarray(T_site_base, float)[:3, :3] @ robot.description.legs[leg].T_base_hip[:3, 0]
     return math.atan2(out[1], out[0])

@@ -21,7 +21,16 @@ def link_poses(robot: Robot, posture: ArrayLike) -> dict[str, Array]:
 
 
 def leg_link_poses(robot: Robot, q_leg: ArrayLike, leg: int) -> dict[str, Array]:
-    """T_base_link, (4, 4), of the seven links of one leg with joint angles ``q_leg`` (6,) [rad]."""
+    """Poses of the seven links of one leg.
+
+    Args:
+        robot: the rover.
+        q_leg: angles of the leg, (6,) [rad].
+        leg: number of the leg, from 0.
+
+    Returns:
+        Link → T_base_link, (4, 4).
+    """
     spec = robot.description.legs[leg]
     with pin_scratch(robot, leg) as data:
         pin.forwardKinematics(robot.leg_models[leg], data, np.asarray(q_leg, float))
@@ -31,13 +40,31 @@ def leg_link_poses(robot: Robot, q_leg: ArrayLike, leg: int) -> dict[str, Array]
 
 
 def wheel_pose(robot: Robot, posture: ArrayLike, leg: int) -> Array:
-    """T_base_wheel, (4, 4): x from the ankle to the wheel centre, y the axle."""
+    """Pose of a wheel: x from the ankle to the wheel's centre, y the axle.
+
+    Args:
+        robot: the rover.
+        posture: joint angles, (legs × 6,) [rad].
+        leg: number of the leg, from 0.
+
+    Returns:
+        T_base_wheel, (4, 4).
+    """
     q = robot.require_posture(posture)
     return leg_wheel_pose(robot, q[6 * leg : 6 * leg + 6], leg)
 
 
 def leg_wheel_pose(robot: Robot, q_leg: ArrayLike, leg: int) -> Array:
-    """T_base_wheel, (4, 4), from the six angles of that leg."""
+    """Pose of a wheel, from the angles of its leg.
+
+    Args:
+        robot: the rover.
+        q_leg: angles of the leg, (6,) [rad].
+        leg: number of the leg, from 0.
+
+    Returns:
+        T_base_wheel, (4, 4).
+    """
     with pin_scratch(robot, leg) as data:
         pin.forwardKinematics(robot.leg_models[leg], data, np.asarray(q_leg, float))
         T_base_ankle = data.oMi[6].homogeneous
@@ -68,9 +95,16 @@ def center_of_mass(robot: Robot, posture: ArrayLike) -> Array:
 
 
 def gravity_torques(robot: Robot, posture: ArrayLike, R_site_base: ArrayLike, gravity: float = 9.81) -> Array:
-    """Torques that hold the joints against gravity with no wheel on the ground, (legs × 6,) [N·m].
+    """Torques that hold the joints against gravity with no wheel on the ground: the gradient of the potential energy.
 
-    R_site_base: (3, 3); gravity [m/s²] points along −z of the site. The gradient of the potential energy.
+    Args:
+        robot: the rover.
+        posture: joint angles, (legs × 6,) [rad].
+        R_site_base: rotation of the chassis, (3, 3).
+        gravity: along −z of the site [m/s²].
+
+    Returns:
+        (legs × 6,) [N·m].
     """
     q = robot.require_posture(posture)
     gravity_base = -gravity * np.asarray(R_site_base, float)[2]
@@ -82,7 +116,16 @@ def gravity_torques(robot: Robot, posture: ArrayLike, R_site_base: ArrayLike, gr
 
 
 def wheel_jacobian(robot: Robot, posture: ArrayLike, leg: int) -> Array:
-    """d(wheel centre in base) / d(joint angles of that leg), (3, 6) [m/rad]."""
+    """Derivative of a wheel's centre by the joint angles of its leg.
+
+    Args:
+        robot: the rover.
+        posture: joint angles, (legs × 6,) [rad].
+        leg: number of the leg, from 0.
+
+    Returns:
+        d(wheel centre in base) / d(joint angles), (3, 6) [m/rad].
+    """
     q = robot.require_posture(posture)[6 * leg : 6 * leg + 6]
     model = robot.leg_models[leg]
     with pin_scratch(robot, leg) as data:

@@ -22,7 +22,14 @@ def leg_lengths(leg: Leg) -> Array:
 
 @njit()
 def leg_frames(lengths: Array, q: Array, rotations: Array, origins: Array) -> None:
-    """Write R_hip_link (7, 3, 3) and the origins (7, 3) [m] of the seven links at angles q (6,) [rad]."""
+    """Write where the seven links of a leg are.
+
+    Args:
+        lengths: of the leg.
+        q: its angles, (6,) [rad].
+        rotations: R_hip_link, (7, 3, 3), written to.
+        origins: (7, 3) in the hip's frame [m], written to.
+    """
     c0, s0 = np.cos(q[0]), np.sin(q[0])
     origins[0] = 0.0
     _columns(rotations[0], c0, s0, 0.0, -s0, c0, 0.0)
@@ -71,9 +78,17 @@ def _turn_y(R: Array, angle: float, out: Array) -> None:
 
 @njit()
 def manipulability(rotations: Array, origins: Array, radius: float) -> float:
-    """√det(J Jᵀ) [m³] of the 3 × 6 Jacobian of the rim point straight below the wheel's centre.
+    """Manipulability √det(J Jᵀ) of the 3 × 6 Jacobian of the rim point straight below the wheel's centre.
 
     Yoshikawa, "Manipulability of robotic mechanisms" (1985). Joint axes in order: z, y, y, x, y, x of their links.
+
+    Args:
+        rotations: R_hip_link, (7, 3, 3).
+        origins: (7, 3) in the hip's frame [m].
+        radius: of the wheel [m].
+
+    Returns:
+        [m³].
     """
     x = origins[6, 0] + radius * rotations[6, 0, 0]
     y = origins[6, 1] + radius * rotations[6, 1, 0]

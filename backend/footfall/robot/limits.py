@@ -23,12 +23,30 @@ class PastLimit:
 
 
 def room_to_limits(robot: "Robot", angles: Array, own: slice = EVERY_JOINT) -> Array:
-    """How far each joint is from its nearer limit, (…, n) [rad]; negative outside. own: the joints that these are."""
+    """How far joints are from their nearer limits.
+
+    Args:
+        robot: the rover.
+        angles: (…, n) [rad].
+        own: the joints that these are.
+
+    Returns:
+        (…, n) [rad]; negative outside.
+    """
     return np.minimum(angles - robot.lower[own], robot.upper[own] - angles)
 
 
 def farthest_past(robot: "Robot", angles: Array, own: slice = EVERY_JOINT) -> PastLimit:
-    """The joint of some (n,) that is farthest past a limit, or nearest to one. own: the joints that these are."""
+    """The joint that is farthest past a limit, or nearest to one.
+
+    Args:
+        robot: the rover.
+        angles: (n,) [rad].
+        own: the joints that these are.
+
+    Returns:
+        Which joint it is, and how far past which limit.
+    """
     spare = room_to_limits(robot, angles, own)
     worst = int(np.argmin(spare))
     joint = range(len(robot.lower))[own][worst]

@@ -48,9 +48,22 @@ def apart(
     required: float,
     scratch: Array,
 ) -> bool:
-    """Whether shell a at poses_a[i] and shell b at poses_b[j] are proven to be at least ``required`` > 0 [m] apart.
+    """Whether two shells are proven to be far enough apart.
 
-    shells, points: see shells.py. poses: (n, 3, 4). scratch: memory to work in, (SCRATCH, 3). False means no proof.
+    Args:
+        shells: see shells.py.
+        points: see shells.py.
+        a: number of the one shell.
+        poses_a: (n, 3, 4).
+        i: at which of them it is.
+        b: number of the other.
+        poses_b: (m, 3, 4).
+        j: at which of them it is.
+        required: how far apart, above zero [m].
+        scratch: memory to work in, (SCRATCH, 3).
+
+    Returns:
+        False means no proof.
     """
     return apart_by(shells, points, a, poses_a, i, b, poses_b, j, required, required, scratch) >= required
 
@@ -69,10 +82,24 @@ def apart_by(
     enough: float,
     scratch: Array,
 ) -> float:
-    """A proven lower bound of the distance of two shells [m]; below ``required`` > 0 it says that there is no proof.
+    """A proven lower bound of the distance of two shells.
 
-    Less than their distance may be told where that is no less than PLENTY of the way from ``required`` to ``enough``;
-    see :func:`apart`.
+    Args:
+        shells: see shells.py.
+        points: see shells.py.
+        a: number of the one shell.
+        poses_a: (n, 3, 4).
+        i: at which of them it is.
+        b: number of the other.
+        poses_b: (m, 3, 4).
+        j: at which of them it is.
+        required: how far apart, above zero [m].
+        enough: less than the distance may be told where that is no less than PLENTY of the way from ``required`` to
+            this [m].
+        scratch: memory to work in, (SCRATCH, 3).
+
+    Returns:
+        [m]; below ``required`` it says that there is no proof.
     """
     square = _from_middle(shells, a, poses_a, i, b, poses_b, j, scratch)
     enough = required + PLENTY * (enough - required)
@@ -99,9 +126,22 @@ def least_apart(
     enough: float,
     scratch: Array,
 ) -> float:
-    """A proven lower bound of the distance of two shells [m], mostly their distance; see :func:`apart`.
+    """A proven lower bound of the distance of two shells, mostly their distance.
 
-    Less may be told where it is more than ``enough``; what is not above zero says nothing.
+    Args:
+        shells: see shells.py.
+        points: see shells.py.
+        a: number of the one shell.
+        poses_a: (n, 3, 4).
+        i: at which of them it is.
+        b: number of the other.
+        poses_b: (m, 3, 4).
+        j: at which of them it is.
+        enough: less may be told where it is more than this [m].
+        scratch: memory to work in, (SCRATCH, 3).
+
+    Returns:
+        [m]; what is not above zero says nothing.
     """
     square = _from_middle(shells, a, poses_a, i, b, poses_b, j, scratch)
     balls = math.sqrt(square) - shells[a, REACH] - shells[b, REACH]
@@ -224,7 +264,19 @@ def _search(shells: Array, points: Array, a: int, b: int, enough: float, too_nea
 
 @njit()
 def support(shells: Array, points: Array, i: int, x: float, y: float, z: float) -> tuple[float, float, float]:
-    """The point of shell i that is farthest along (x, y, z), in the shell's axes and from its middle."""
+    """The point of a shell that is farthest along a direction.
+
+    Args:
+        shells: see shells.py.
+        points: see shells.py.
+        i: number of the shell.
+        x: of the direction, in the shell's axes.
+        y: of the direction.
+        z: of the direction.
+
+    Returns:
+        x, y, z in the shell's axes, from its middle [m].
+    """
     first, last = int(shells[i, FIRST]), int(shells[i, LAST])
     best = first
     if last - first > 1:

@@ -18,7 +18,17 @@ def box(size: ArrayLike, center: ArrayLike = (0.0, 0.0, 0.0)) -> Mesh:
 
 
 def prism(corners: int, width: float, height: float, center: ArrayLike = (0.0, 0.0, 0.0)) -> Mesh:
-    """Upright regular prism: ``corners`` corners, ``width`` [m] across them, the first one on +x."""
+    """Upright regular prism, its first corner on +x.
+
+    Args:
+        corners: how many.
+        width: across the corners [m].
+        height: of the prism [m].
+        center: (3,) [m].
+
+    Returns:
+        The mesh.
+    """
     angles = [2 * math.pi * i / corners for i in range(corners)]
     rim = np.array([(math.cos(a) * width / 2, math.sin(a) * width / 2, 0.0) for a in angles])
     lift = np.array([0.0, 0.0, height / 2])
@@ -26,7 +36,17 @@ def prism(corners: int, width: float, height: float, center: ArrayLike = (0.0, 0
 
 
 def cylinder_y(radius: float, width: float, sides: int, center: ArrayLike = (0.0, 0.0, 0.0)) -> Mesh:
-    """Cylinder about y; its corners lie on the radius and the first one points along +x."""
+    """Cylinder about y; its corners lie on the radius and the first one points along +x.
+
+    Args:
+        radius: of the circle [m].
+        width: along y [m].
+        sides: how many corners a circle has.
+        center: (3,) [m].
+
+    Returns:
+        The mesh.
+    """
     upright = prism(sides, 2 * radius, width)
     # (x, y, z) → (x, z, −y) turns the axis from z to y and keeps the handedness
     vertices = upright.vertices[:, [0, 2, 1]] * (1.0, 1.0, -1.0)

@@ -35,10 +35,18 @@ class Limited(Protocol):
 
 
 def inside(robot: Limited, measured: NDArray[np.float64], reserve: float = 0.0) -> NDArray[np.float64]:
-    """Measured angles (…, joints) [rad], those a little past a limit moved to it.
+    """Move measured angles that are a little past a limit to it.
 
-    A little is what a measurement may be off. Where plans keep a ``reserve`` [rad] from the limits, angles that are
-    nearer to a limit, or past it by that little, are moved to the reserve's end.
+    A little is what a measurement may be off. Where plans keep a reserve from the limits, angles that are nearer to a
+    limit, or past it by that little, are moved to the reserve's end.
+
+    Args:
+        robot: its limits.
+        measured: (…, joints) [rad].
+        reserve: that plans keep [rad].
+
+    Returns:
+        (…, joints) [rad].
     """
     q = np.asarray(measured, float)
     nearest = np.clip(q, robot.lower + reserve, robot.upper - reserve)
@@ -67,7 +75,16 @@ def outside_in_words(robot: "Robot", posture: NDArray[np.float64]) -> str:
 
 
 def within_in_words(robot: "Robot", joint: int, q: float) -> str:
-    """An angle beside the limits of its joint, with as many decimals as tell it from the one it is past."""
+    """An angle beside the limits of its joint, with as many decimals as tell it from the one it is past.
+
+    Args:
+        robot: the rover.
+        joint: its number.
+        q: the angle [rad].
+
+    Returns:
+        Words for a person.
+    """
     lower, upper = float(robot.lower[joint]), float(robot.upper[joint])
     past = upper if q > upper else lower if q < lower else None
     digits = 4 if past is None else digits_apart(q, past, least=4)
@@ -75,5 +92,14 @@ def within_in_words(robot: "Robot", joint: int, q: float) -> str:
 
 
 def digits_apart(one: float, other: float, least: int = 3) -> int:
-    """How many decimals tell two numbers apart when they are read; at least ``least``."""
+    """How many decimals tell two numbers apart when they are read.
+
+    Args:
+        one: number.
+        other: number.
+        least: decimals there are at least.
+
+    Returns:
+        Decimals.
+    """
     return next((n for n in range(least, 17) if f"{one:z.{n}f}" != f"{other:z.{n}f}"), 17)

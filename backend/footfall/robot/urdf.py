@@ -15,7 +15,19 @@ _AXES = {"x": "1 0 0", "y": "0 1 0", "z": "0 0 1"}
 
 
 def urdf_text(name: str, table: Table, mounts: Sequence[NDArray[np.float64]], parts: Mapping[str, Mesh]) -> str:
-    """URDF with links and joints named as description.py says. Angles to 12 digits; meshes by relative path."""
+    """URDF with links and joints named as description.py says.
+
+    Angles to 12 digits; meshes by relative path.
+
+    Args:
+        name: of the robot.
+        table: the description file.
+        mounts: T_base_hip of each leg, (4, 4).
+        parts: part → its mesh [m].
+
+    Returns:
+        The text.
+    """
     lines = ['<?xml version="1.0"?>', f'<robot name="{name}">']
     chassis = table.table("chassis")
     lines += _link("base", "base", parts, chassis.number("mass"), chassis.numbers("center_of_mass", 3))

@@ -87,9 +87,17 @@ def chain_to(tree: RobotTree, link: str) -> tuple[TreeJoint, ...]:
 
 
 def sole_under(tree: RobotTree, foot: str, Ts_root_link: Mapping[str, Array]) -> Sole:
-    """The sole of a foot link, with the robot standing as its link poses (4, 4) say: z of the root is up.
+    """The sole of a foot link.
 
     The foot link's own shapes decide where it has some, otherwise all of its rigid body's.
+
+    Args:
+        tree: links and joints of the robot.
+        foot: name of the foot link.
+        Ts_root_link: link → its pose, (4, 4), as the robot stands: z of the root is up.
+
+    Returns:
+        What of the foot touches the ground.
     """
     body = tree.bodies()[foot]
     T_foot_root = inverse(Ts_root_link[foot])

@@ -44,7 +44,16 @@ def judge_mass(tree: RobotTree, weighed: float) -> Finding:
 
 
 def judge_posture(tree: RobotTree, name: str, posture: Mapping[str, float]) -> Finding:
-    """Whether a named posture names the free joints and keeps their limits."""
+    """Whether a named posture names the free joints and keeps their limits.
+
+    Args:
+        tree: links and joints of the robot.
+        name: of the posture.
+        posture: joint → angle [rad] or way [m].
+
+    Returns:
+        What was found.
+    """
     free = {joint.name: joint for joint in tree.free()}
     unknown = [joint for joint in posture if joint not in free]
     if unknown:

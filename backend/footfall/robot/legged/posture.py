@@ -42,16 +42,36 @@ def center_of_mass(robot: LeggedRobot, q: Array) -> Array:
 
 
 def legs_to(robot: LeggedRobot, T_site_base: Array, soles: ArrayLike, near: Array) -> Array:
-    """The posture (joints,) that puts soles' centres (legs, 3) [m] in site where they are asked for.
+    """The posture that puts the soles where they are asked for.
 
-    Each leg goes there the way from ``near`` (joints,) leads; where it leads nowhere its angles are NaN.
+    Each leg goes there the way from ``near`` leads.
+
+    Args:
+        robot: the robot.
+        T_site_base: pose of the chassis, (4, 4).
+        soles: their centres, (legs, 3) in site [m].
+        near: posture to begin from, (joints,) [rad or m].
+
+    Returns:
+        (joints,) [rad or m]; NaN for a leg whose way leads nowhere.
     """
     targets = np.asarray(soles, float)
     return np.concatenate([leg_to(robot, leg, T_site_base, targets[leg], near) for leg in robot.legs])
 
 
 def leg_to(robot: LeggedRobot, leg: int, T_site_base: Array, sole: Array, near: Array) -> Array:
-    """The leg's own joints in :func:`legs_to`; sole: (3,) in site [m]."""
+    """The leg's own joints in :func:`legs_to`.
+
+    Args:
+        robot: the robot.
+        leg: number of the leg, from 0.
+        T_site_base: pose of the chassis, (4, 4).
+        sole: its centre, (3,) in site [m].
+        near: posture to begin from, (joints,) [rad or m].
+
+    Returns:
+        The leg's joints [rad or m]; NaN where the way leads nowhere.
+    """
     own = near[robot.slices[leg]]
     if not np.isfinite(own).all():
         return np.full_like(own, np.nan)
@@ -60,7 +80,18 @@ def leg_to(robot: LeggedRobot, leg: int, T_site_base: Array, sole: Array, near: 
 
 
 def chassis_pose(x: float, y: float, z: float, yaw: float, up: ArrayLike = (0.0, 0.0, 1.0)) -> Array:
-    """T_site_base (4, 4) at a place [m] with a heading [rad] and its z axis along ``up`` (3,)."""
+    """Pose of a chassis at a place with a heading.
+
+    Args:
+        x: east, in site [m].
+        y: north, in site [m].
+        z: up, in site [m].
+        yaw: heading in site [rad].
+        up: what the chassis' z axis is along, (3,) in site.
+
+    Returns:
+        T_site_base, (4, 4).
+    """
     axis = np.asarray(up, float) / np.linalg.norm(up)
     ahead = np.array([np.cos(yaw), np.sin(yaw), 0.0])
     ahead[2] = -(ahead @ axis) / axis[2]  # across the axis, and seen from above still in the heading

@@ -26,8 +26,13 @@ _NOTHING = np.zeros((0, 3))
 def sole_of(links: tuple[TreeLink, ...], Ts_foot_link: Mapping[str, Array], down: Array) -> Sole:
     """The sole of a foot: its lowest shape decides.
 
-    links: whose shapes it is made of; Ts_foot_link: link → (4, 4) in the foot link's frame; down: (3,) direction of the
-    ground in that frame, at the posture in the middle.
+    Args:
+        links: whose shapes it is made of.
+        Ts_foot_link: link → its pose in the foot link's frame, (4, 4).
+        down: direction of the ground in that frame, (3,), at the posture in the middle.
+
+    Returns:
+        What of the foot touches the ground.
     """
     placed = [(Ts_foot_link[link.name] @ shape.T_link_shape, shape) for link in links for shape in link.shapes]
     if not placed:
