@@ -13,9 +13,19 @@ import footfall
 from footfall.core import errors
 
 BACKEND = Path(__file__).resolve().parents[2] / "backend" / "footfall"
-COMPLETE = ("core", "telemetry", "balance", "maps")
+COMPLETE = (
+    "core",
+    "telemetry",
+    "robot",
+    "balance",
+    "terrain",
+    "maps",
+    "sequence",
+    "planning/execution",
+    "planning/gait",
+)
 """Packages whose public functions of numbers, with three parameters or more, have sections too."""
-NUMBERS = ("Array", "float")
+NUMBERS = ("Array", "Image", "float")
 """What is in the types of arguments that have shapes or units."""
 SECTIONS = ("Args", "Returns", "Yields", "Raises", "Attributes", "References")
 ENTRY = re.compile(r"    ([\w*]+): \S")

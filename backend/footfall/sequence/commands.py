@@ -87,17 +87,47 @@ class Command(Value):
 
 
 def leg_move(leg: int, joints: Array, duration: float, phase: str = "") -> Command:
-    """Move one leg to ``joints``, (6,) [rad]."""
+    """Move one leg to joint angles.
+
+    Args:
+        leg: number of the leg, from 0.
+        joints: (6,) [rad].
+        duration: how long it takes [s].
+        phase: "lift", "swing", "lower", "shift", or "" where an operator wrote it.
+
+    Returns:
+        The command.
+    """
     return Command(LEG_MOVE.name, leg, joints, duration, phase)
 
 
 def leg_lower(leg: int, joints: Array, duration: float, force: float, phase: str = "") -> Command:
-    """Move one leg towards ``joints``, (6,) [rad], until its wheel bears ``force`` [N] more."""
+    """Move one leg towards joint angles until its wheel bears more.
+
+    Args:
+        leg: number of the leg, from 0.
+        joints: (6,) [rad].
+        duration: how long all of the way takes [s].
+        force: so much more than before it touched [N].
+        phase: "lift", "swing", "lower", "shift", or "" where an operator wrote it.
+
+    Returns:
+        The command.
+    """
     return Command(LEG_LOWER.name, leg, joints, duration, phase, force)
 
 
 def posture_move(joints: Array, duration: float, phase: str = "") -> Command:
-    """Move the joints of all legs to ``joints``, (legs × 6,) [rad]."""
+    """Move the joints of all legs.
+
+    Args:
+        joints: (legs × 6,) [rad].
+        duration: how long it takes [s].
+        phase: "lift", "swing", "lower", "shift", or "" where an operator wrote it.
+
+    Returns:
+        The command.
+    """
     return Command(POSTURE_MOVE.name, None, joints, duration, phase)
 
 

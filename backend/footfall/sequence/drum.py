@@ -28,7 +28,16 @@ def on_tether(sequence: Sequence, tether: Tether | None) -> Sequence:
 
 
 def slow_enough(commands: tuple[Command, ...], lengths: Array, tether: Tether) -> tuple[Command, ...]:
-    """Commands that take as long as the drum does; lengths: (rows + 1,) of its tether before and after each [m]."""
+    """Commands that take as long as the drum does.
+
+    Args:
+        commands: as long as the joints take.
+        lengths: (rows + 1,) of the tether before and after each [m].
+        tether: whose drum pays out and hauls in.
+
+    Returns:
+        The same commands, longer where the drum is slower.
+    """
     needed = UNHURRIED * np.abs(np.diff(lengths)) / tether.speed
     return tuple(
         replace(command, duration=float(seconds)) if seconds > command.duration else command

@@ -28,7 +28,17 @@ class Feet(Value):
 
 
 def feet(robot: Robot, dem: Dem, posture: Array, T_site_base: Array) -> Feet:
-    """Where the wheels of a posture (legs × 6,) [rad] are over a terrain."""
+    """Where the wheels of a posture are over a terrain.
+
+    Args:
+        robot: the rover.
+        dem: the ground, in site.
+        posture: joint angles, (legs × 6,) [rad].
+        T_site_base: pose of the chassis, (4, 4).
+
+    Returns:
+        Lowest rim points of all wheels, the ground's normals and the gaps to it.
+    """
     points = np.empty((robot.leg_count, 3))
     normals = np.tile(UP, (robot.leg_count, 1))
     for leg in robot.legs:

@@ -46,9 +46,22 @@ ELSEWHERE = 0.02
 def outcome(
     robot: Robot, dem: Dem, sequence: Sequence, state: RobotState, set_points: Array, run: int, rows: int
 ) -> Outcome:
-    """Of the first ``rows`` rows, after which the rover rests as ``state`` says, its pose on the map.
+    """What was predicted of the rows that were run, beside what came of them.
 
-    set_points: (legs × 6,) [rad], that it has there. Raises InvalidInput where the commands are not predicted so far.
+    Args:
+        robot: the rover.
+        dem: the ground, in site.
+        sequence: that was run.
+        state: how the rover rests after them, its pose on the map.
+        set_points: (legs × 6,) that it has there [rad].
+        run: number of the run.
+        rows: how many rows, from the first on.
+
+    Returns:
+        Each quantity, predicted and measured, with a verdict.
+
+    Raises:
+        InvalidInput: the sequence has not so many rows, or they are not predicted so far.
     """
     if not 1 <= rows <= len(sequence.commands):
         raise InvalidInput(f"a run of {len(sequence.commands)} rows has no row {rows} to compare", rows=rows)
@@ -138,9 +151,17 @@ class Platform:
 
 
 def platform_of(robot: Robot, rest: RestingRover, lift: Array) -> Platform:
-    """Of the wheels that touch, held by friction. lift: (legs, 3, 6), how a wheel moves in site with its leg's joints.
+    """The rover as a platform of springs on the wheels that touch, held by friction.
 
     A leg is its joints' springs and its wheel's, one after the other, in all directions; the chassis is rigid.
+
+    Args:
+        robot: the rover.
+        rest: of the rover, with its forces.
+        lift: (legs, 3, 6), how a wheel moves in site with its leg's joints [m/rad].
+
+    Returns:
+        How loads and chassis follow ground that is higher under each wheel.
     """
     up = np.array((0.0, 0.0, 1.0))
     A, K = np.zeros((robot.leg_count, 3, 6)), np.zeros((robot.leg_count, 3, 3))

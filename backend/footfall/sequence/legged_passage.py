@@ -52,7 +52,16 @@ def own_joints(robot: LeggedRobot, kind: CommandKind, leg: int | None) -> slice:
 
 
 def asked_for(robot: LeggedRobot, posture: Array, command: Command) -> Array:
-    """The posture that a command asks for, (joints,); unchanged where it moves nothing or is not well formed."""
+    """The posture that a command asks for.
+
+    Args:
+        robot: the robot.
+        posture: before, (joints,) [rad or m].
+        command: of one leg, or of all.
+
+    Returns:
+        (joints,) [rad or m]; unchanged where it moves nothing or is not well formed.
+    """
     own = own_joints(robot, command.kind, command.leg)
     joints = command.joints
     if joints is None or len(joints) != own.stop - own.start or not np.isfinite(joints).all():
@@ -65,7 +74,18 @@ def asked_for(robot: LeggedRobot, posture: Array, command: Command) -> Array:
 def legged_passages(
     robot: LeggedRobot, start: Array, T_site_base: Array, commands: tuple[Command, ...], dem: Dem
 ) -> list[LeggedPassage]:
-    """How each row goes, from ``start`` (joints,) with the chassis at ``T_site_base`` (4, 4)."""
+    """How each row goes.
+
+    Args:
+        robot: the robot.
+        start: posture before the first, (joints,) [rad or m].
+        T_site_base: pose of the chassis before the first, (4, 4).
+        commands: the rows.
+        dem: the ground, in site.
+
+    Returns:
+        One for each row.
+    """
     rows: list[LeggedPassage] = []
     posture, T = np.asarray(start, float), np.asarray(T_site_base, float)
     stood, contacts, normals = (np.full((len(robot.legs), 3), np.nan) for _ in range(3))
@@ -92,9 +112,17 @@ def legged_passages(
 
 
 def chassis_on(robot: LeggedRobot, posture: Array, stood: Array, down: Sequence[int], T: Array) -> Array:
-    """T_site_base (4, 4) that leaves the soles of the legs that stand nearest to where they stood.
+    """Pose of the chassis that leaves the soles of the legs that stand nearest to where they stood.
 
-    ``T`` where fewer than three stand.
+    Args:
+        robot: the robot.
+        posture: now, (joints,) [rad or m].
+        stood: where the soles stood, (legs, 3) in site [m].
+        down: numbers of the legs that stand.
+        T: pose of the chassis so far, (4, 4).
+
+    Returns:
+        T_site_base, (4, 4); ``T`` where fewer than three stand.
     """
     if len(down) < FEWEST_FEET:
         return T

@@ -54,9 +54,21 @@ def check_legged_rules(
     dem: Dem,
     settings: SequenceSettings,
 ) -> tuple[tuple[RuleResult, ...], list[LeggedPassage]]:
-    """Every rule on every row, and how the rows go. start: (joints,) [rad or m]; T_site_base: (4, 4).
+    """Every rule on every row, and how the rows go.
 
-    Raises InvalidSequence where the start doesn't fit the robot.
+    Args:
+        robot: the robot.
+        commands: the rows.
+        start: posture before the first, (joints,) [rad or m].
+        T_site_base: pose of the chassis before the first, (4, 4).
+        dem: the ground, in site.
+        settings: how closely is looked, and what is asked for.
+
+    Returns:
+        The results, and how each row goes.
+
+    Raises:
+        InvalidSequence: the start doesn't fit the robot.
     """
     if start.shape != (len(robot.joint_names),) or not np.isfinite(start).all():
         raise InvalidSequence(f"the start posture needs {len(robot.joint_names)} finite numbers", shape=[*start.shape])

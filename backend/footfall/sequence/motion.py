@@ -49,9 +49,18 @@ def check_motion(
 ) -> list[RuleResult]:
     """Results of the rules of motion for every row that moves joints, and of ends-on-ground for every leg moved.
 
-    start: posture (legs × 6,) [rad] at T_site_base (4, 4).
-
     A leg that only moves with all others is asked for where it stood and was drawn up.
+
+    Args:
+        robot: the rover.
+        commands: the rows.
+        start: posture before the first, (legs × 6,) [rad].
+        T_site_base: pose of the chassis before the first, (4, 4).
+        dem: the ground, in site.
+        settings: how closely is looked, and what is asked for.
+
+    Returns:
+        The results, row by row.
     """
     moves = [row for row, command in enumerate(commands) if target(command, robot.leg_count) is not None]
     if not moves:

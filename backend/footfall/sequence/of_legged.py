@@ -62,7 +62,20 @@ def legged_sequence(
     settings: SequenceSettings,
     parents: dict[str, str],
 ) -> Sequence:
-    """Commands with what they lead to and every rule's result. start: (joints,) [rad or m]; T_site_base: (4, 4)."""
+    """Commands with what they lead to and every rule's result.
+
+    Args:
+        robot: the robot.
+        commands: the rows.
+        start: posture before the first, (joints,) [rad or m].
+        T_site_base: pose of the chassis before the first, (4, 4).
+        dem: the ground, in site.
+        settings: how closely is looked, and what is asked for.
+        parents: name → digest of what the commands were made of.
+
+    Returns:
+        The sequence.
+    """
     rules, way = check_legged_rules(robot, commands, start, T_site_base, dem, settings)
     return Sequence(
         robot=robot.name,

@@ -55,10 +55,21 @@ def passages(
     dem: Dem | None = None,
     down: Sequence[int] | None = None,
 ) -> list[Passage]:
-    """How each row goes, from ``start`` (legs × 6,) [rad] with the chassis at ``T_site_base`` (4, 4).
+    """How each row goes.
 
-    Without a terrain a LEG_LOWER goes all its way, and ``down`` says which legs stand. Raises InvalidSequence
-    where a POSTURE_MOVE is to be followed and neither is given.
+    Args:
+        robot: the rover.
+        start: posture before the first, (legs × 6,) [rad].
+        T_site_base: pose of the chassis before the first, (4, 4).
+        commands: the rows.
+        dem: the ground, in site; None: a LEG_LOWER goes all its way.
+        down: which legs stand, where there is no ground to tell; None: it is not known.
+
+    Returns:
+        One for each row.
+
+    Raises:
+        InvalidSequence: a POSTURE_MOVE is to be followed, and there is neither ground nor ``down``.
     """
     rows: list[Passage] = []
     posture, T, resting = np.asarray(start, float), np.asarray(T_site_base, float), np.asarray(start, float)
@@ -96,12 +107,21 @@ def postures(rows: Sequence[Passage], start: Array) -> Array:
 def carried(
     robot: Robot, T_site_base: Array, before: Array, now: Array, legs: Sequence[int]
 ) -> tuple[Array, list[int]]:
-    """T_site_base (4, 4) that the standing wheels of ``legs`` give when the joints go from ``before`` to ``now``.
+    """Pose that standing wheels give the chassis when the joints move.
 
     It is the rigid pose that leaves their centres where they were, in least squares (Kabsch, "A solution for the best
     rotation to relate two sets of vectors", 1976). Where they can't all stay, the most that hold the others over the
-    ground: legs that are drawn up take no part. The legs that hold are the second part of the answer. Fewer than three
-    wheels hold nothing: the pose stays.
+    ground: legs that are drawn up take no part. Fewer than three wheels hold nothing: the pose stays.
+
+    Args:
+        robot: the rover.
+        T_site_base: pose of the chassis before, (4, 4).
+        before: posture then, (legs × 6,) [rad].
+        now: posture after it, (legs × 6,) [rad].
+        legs: numbers of those that stand.
+
+    Returns:
+        T_site_base (4, 4) after it, and the legs that hold.
     """
     if len(legs) < 3 or np.array_equal(before, now):
         return T_site_base, list(legs)
@@ -124,9 +144,18 @@ def carried(
 
 
 def touch(robot: Robot, dem: Dem, T_site_base: Array, before: Array, target: Array, leg: int) -> float:
-    """The share 0…1 of a straight joint-space line at which a wheel first is on the ground; 1 where it never is.
+    """The share of a straight joint-space line at which a wheel first is on the ground.
 
-    before, target: postures (legs × 6,) [rad], the chassis at T_site_base (4, 4) all the while.
+    Args:
+        robot: the rover.
+        dem: the ground, in site.
+        T_site_base: pose of the chassis all the while, (4, 4).
+        before: posture where the line begins, (legs × 6,) [rad].
+        target: posture where it ends, (legs × 6,) [rad].
+        leg: number of the leg, from 0.
+
+    Returns:
+        0…1; 1 where it never is.
     """
     count = max(1, int(np.ceil(np.max(np.abs(target - before)) / _STEP)))
 
@@ -149,9 +178,20 @@ def touch(robot: Robot, dem: Dem, T_site_base: Array, before: Array, target: Arr
 def standing_legs(
     robot: Robot, dem: Dem, resting: Array, posture: Array, T_site_base: Array, legs: Sequence[int]
 ) -> list[int]:
-    """The legs that carry the rover. On unseen ground that is one that never left it, not one that was put there.
+    """The legs that carry the rover.
 
-    resting: the posture (legs × 6,) [rad] that it stood in; posture: the one that it is in now, at T_site_base (4, 4).
+    On unseen ground that is one that never left it, not one that was put there.
+
+    Args:
+        robot: the rover.
+        dem: the ground, in site.
+        resting: posture that it stood in, (legs × 6,) [rad].
+        posture: that it is in now, (legs × 6,) [rad].
+        T_site_base: pose of the chassis now, (4, 4).
+        legs: numbers of those that are asked about.
+
+    Returns:
+        Numbers of those that stand.
     """
     moved = [leg for leg in legs if (posture != resting)[6 * leg : 6 * leg + 6].any()]
     gaps = wheel_gaps(robot, dem, posture, T_site_base, moved)
@@ -172,7 +212,16 @@ def _standing(
 
 
 def fitted(centers: Array, stood: Array, legs: Sequence[int]) -> tuple[Array, Array]:
-    """The pose that brings the centres (n, 3) of some legs nearest to where they stood, and all (n, 3) offsets then."""
+    """The pose that brings the centres of some legs nearest to where they stood.
+
+    Args:
+        centers: of all wheels, (n, 3) [m].
+        stood: where they stood, (n, 3) in site [m].
+        legs: numbers of the wheels that count.
+
+    Returns:
+        The pose (4, 4) that takes the centres to site, and how far each is off then, (n, 3) [m].
+    """
     a, b = centers[list(legs)], stood[list(legs)]
     middle_a, middle_b = a.mean(axis=0), b.mean(axis=0)
     U, _, Vt = np.linalg.svd((a - middle_a).T @ (b - middle_b))

@@ -36,9 +36,19 @@ def check_posture_move(
     touched: dict[int, Array],
     settings: SequenceSettings,
 ) -> Iterator[RuleResult]:
-    """Results of the rules of motion for one row.
+    """Results of the rules of motion for one row that moves all legs.
 
-    touched: leg → where its wheel came down (3,), site [m]; kept from row to row.
+    Args:
+        robot: the rover.
+        row: its number.
+        passage: how it goes.
+        body: chassis and links over the ground.
+        dem: the ground, in site.
+        touched: leg → where its wheel came down, (3,) in site [m]; kept from row to row.
+        settings: how closely is looked, and what is asked for.
+
+    Yields:
+        The results.
     """
     legs = list(passage.standing)
     postures = samples(passage.before, passage.after, settings.sample)

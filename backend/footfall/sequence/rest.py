@@ -33,9 +33,18 @@ class PredictedRest:
 
 
 def predicted_rest(robot: "Robot", sequence: Sequence, rows: Rows, T_planned: Array) -> PredictedRest | None:
-    """After ``rows``; None where the sequence takes the rover as rigid. T_planned: (4, 4) where the plan has it then.
+    """How the rover is to stand at rest after rows.
 
     A joint is a spring: its torque is stiffness × (set point − angle).
+
+    Args:
+        robot: the rover.
+        sequence: commands of an execution, or of a plan.
+        rows: that are run.
+        T_planned: pose of the chassis that the plan has then, (4, 4).
+
+    Returns:
+        The rest; None where the sequence takes the rover as rigid.
     """
     made_with = sequence.provenance.settings
     if sequence.commanded is None or sequence.at_rest is None:

@@ -71,11 +71,24 @@ def check_rules(
     set_points: Array | None = None,
     yielding: Yielding | None = None,
 ) -> tuple[RuleResult, ...]:
-    """Check every rule on every row; see the module docstring.
+    """Check every rule on every row; see the module.
 
-    start: (legs × 6,) [rad]; T_site_base: (4, 4). Of a rover that sags: set_points, (commands + 1, legs × 6) [rad]
-    before the first command and after each; yielding: the prediction over the terrain, instead of that of ``dem``.
-    Raises InvalidSequence where the start doesn't fit the robot.
+    Args:
+        robot: the rover.
+        commands: the rows.
+        start: posture before the first, (legs × 6,) [rad].
+        T_site_base: pose of the chassis before the first, (4, 4).
+        dem: the ground, in site; None: motion is not checked.
+        settings: how closely is looked, and what is asked for; None: as delivered.
+        set_points: of a rover that sags, before the first command and after each, (commands + 1, legs × 6) [rad]; None:
+            those of a rigid one.
+        yielding: the prediction over the terrain of a rover that sags, instead of that of ``dem``; None: it is rigid.
+
+    Returns:
+        The results.
+
+    Raises:
+        InvalidSequence: the start doesn't fit the robot.
     """
     n = 6 * robot.leg_count
     if start.shape != (n,) or not np.isfinite(start).all():

@@ -20,13 +20,32 @@ TORQUE_SAMPLING = 0.05
 
 
 def samples(before: Array, reached: Array, largest_step: float) -> Array:
-    """Postures on the straight line from before to reached, ends included, (n, legs × 6) [rad]."""
+    """Postures on the straight line between two, ends included.
+
+    Args:
+        before: where it begins, (legs × 6,) [rad].
+        reached: where it ends, (legs × 6,) [rad].
+        largest_step: of a joint between two [rad].
+
+    Returns:
+        (n, legs × 6) [rad].
+    """
     count = max(1, int(np.ceil(np.max(np.abs(reached - before)) / largest_step)))
     return before + np.linspace(0.0, 1.0, count + 1)[:, None] * (reached - before)
 
 
 def drag_result(row: int, wheel: str, worst: float, at: float) -> RuleResult:
-    """The rule no-drag. worst: how far ``wheel`` was moved sideways [m], at a share of the row."""
+    """The rule no-drag.
+
+    Args:
+        row: its number.
+        wheel: that was moved sideways, for a person.
+        worst: how far [m].
+        at: share of the row where that was.
+
+    Returns:
+        The result.
+    """
     moved, allowed = beside(float(worst), DRAG)
     text = f"{wheel} moves {moved} m sideways while it is down, {allowed} m are allowed"
     where = f", farthest at {at:.0%} of the row" if worst > DRAG else ""
@@ -34,7 +53,17 @@ def drag_result(row: int, wheel: str, worst: float, at: float) -> RuleResult:
 
 
 def balance_result(row: int, support: Contacts, coms: Array, settings: SequenceSettings) -> RuleResult:
-    """The rule balance, for centres of mass (n, 3) in site over some feet."""
+    """The rule balance.
+
+    Args:
+        row: its number.
+        support: the feet that stand.
+        coms: centres of mass, (n, 3) in site [m].
+        settings: which polygon counts, and the margin that is asked for.
+
+    Returns:
+        The result.
+    """
     all_margins = margins(support.points, coms[:, :2], settings.conservative)
     worst = int(np.argmin(all_margins))
     kind = "conservative support polygon" if settings.conservative else "support polygon"
@@ -56,7 +85,20 @@ def torque_result(
     support: Contacts,
     settings: SequenceSettings,
 ) -> RuleResult:
-    """The rule torque, for postures (n, legs × 6) and chassis poses (n, 4, 4) over the feet of the legs ``down``."""
+    """The rule torque.
+
+    Args:
+        robot: the rover.
+        row: its number.
+        postures: (n, legs × 6) [rad].
+        Ts_site_base: poses of the chassis, (n, 4, 4).
+        down: numbers of the legs that stand.
+        support: their contacts.
+        settings: friction and payload.
+
+    Returns:
+        The result.
+    """
     balance = settings.balance
     every = max(1, int(TORQUE_SAMPLING / settings.sample))
     chosen = sorted({*range(0, len(postures), every), len(postures) - 1})
