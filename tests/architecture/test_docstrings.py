@@ -23,6 +23,9 @@ COMPLETE = (
     "sequence",
     "planning/execution",
     "planning/gait",
+    "planning/route",
+    "planning/legged",
+    "planning/compliance",
 )
 """Packages whose public functions of numbers, with three parameters or more, have sections too."""
 NUMBERS = ("Array", "Image", "float")

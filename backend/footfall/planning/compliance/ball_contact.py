@@ -24,9 +24,16 @@ KNOWN = 0.35
 
 
 def ball_contacts(dem: Dem, centers: Array, radius: float) -> tuple[Array, Array, NDArray[np.bool_]]:
-    """Contacts (k, 3) and normals (k, 3) of balls at centers (k, 3) [m] after they came down, or up, to the ground.
+    """Contacts of balls after they came down, or up, to the ground.
 
-    known: (k,), whether the ground below their middles is; where it is not, the other two are NaN.
+    Args:
+        dem: the ground, in site.
+        centers: of the balls, (k, 3) in site [m].
+        radius: of the balls [m].
+
+    Returns:
+        Contacts (k, 3) [m], normals (k, 3), and whether the ground below their middles is known, (k,); where it is not,
+        the other two are NaN.
     """
     steps = max(COARSE, int(np.ceil(radius / dem.geometry.resolution)))
     spacing = radius / steps
@@ -53,11 +60,20 @@ def ball_contacts(dem: Dem, centers: Array, radius: float) -> tuple[Array, Array
 
 
 def second_gaps(dem: Dem, centers: Array, points: Array, radius: float) -> Array:
-    """How much farther the ground is from balls, which touch it near points (k, 3), on any other side, (k,) [m].
+    """How much farther the ground is from balls on any other side than the one on which they touch it.
 
-    Another side is seen from the centre more than APART away from the point. Negative: it is nearer there, so that the
-    ball can't stand where it is said to. A ball may be off the ground, or in it, as a whole. Unknown ground is left
-    out; infinite where no ground is known on one of the two.
+    Another side is seen from the centre more than APART away from the point. A ball may be off the ground, or in it, as
+    a whole. Unknown ground is left out.
+
+    Args:
+        dem: the ground, in site.
+        centers: of the balls, (k, 3) in site [m].
+        points: near which they touch the ground, (k, 3) in site [m].
+        radius: of the balls [m].
+
+    Returns:
+        (k,) [m]. Negative: it is nearer there, so that the ball can't stand where it is said to; infinite where no
+        ground is known on one of the two.
     """
     steps = FINER * max(COARSE, int(np.ceil(radius / dem.geometry.resolution)))
     dx, dy = _square(steps, 1.2 * radius / steps)

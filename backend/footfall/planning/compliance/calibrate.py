@@ -15,12 +15,21 @@ WIDEST = 2.0
 
 
 def sag_ratio(commanded: ArrayLike, measured: ArrayLike, predicted: ArrayLike) -> float:
-    """How far the joints gave way, measured over predicted: 1 where the prediction was right, 2 where half as stiff.
+    """How far the joints gave way, measured over predicted, by least squares over all joints and rows.
 
-    All (n, legs × 6) [rad], n ≥ 2: set points, and where the joints were at the same moments of one motion. What counts
-    is the change since the first row. What the prediction had learned of the joints from telemetry before the first row
-    is no longer in the ratio. Least squares over all joints and rows. Raises InvalidInput for wrong shapes, and
-    where too little was to yield for a ratio.
+    What counts is the change since the first row. What the prediction had learned of the joints from telemetry before
+    the first row is no longer in the ratio.
+
+    Args:
+        commanded: set points, (n, legs × 6) [rad], n ≥ 2.
+        measured: where the joints were at those moments of one motion, (n, legs × 6) [rad].
+        predicted: where they were predicted to be, (n, legs × 6) [rad].
+
+    Returns:
+        1 where the prediction was right, 2 where half as stiff.
+
+    Raises:
+        InvalidInput: shapes don't fit, or too little was to yield for a ratio.
     """
     rows = [np.asarray(one, float) for one in (commanded, measured, predicted)]
     if rows[0].ndim != 2 or len(rows[0]) < 2 or len({one.shape for one in rows}) != 1:

@@ -46,18 +46,25 @@ def measured(
 ) -> RestingRover:
     """The equilibrium that telemetry shows.
 
-    commanded: (legs × 6,) set points; None: posture + torque / stiffness. Wheel forces are those of the state; where it
-    has none at all, each leg's are those that explain its deflection best, Jᵀ f = G − k (commanded − posture). They are
-    corrected by the least change that balances the rover.
-
-    Wheel forces and set points together show how stiff each joint is: with ``fitted`` what a deflection is more, or
-    less, than expected is taken for stiffness as far as that is likelier than an error of the encoder. The rover then
-    starts exactly where it was measured: what is left stays as ``bias`` on the set points.
+    Wheel forces are those of the state; where it has none at all, each leg's are those that explain its deflection
+    best, Jᵀ f = G − k (commanded − posture). They are corrected by the least change that balances the rover.
 
     A wheel that stands still does not slip. Where it would with the map's normal, which under a wheel is often made up
     from the ground around, the normal is taken to be tilted towards the force.
 
-    Raises InvalidInput where the state is of another robot or fewer than three wheels are pressed down.
+    Args:
+        rover: the yielding rover on its ground.
+        state: as telemetry has it.
+        commanded: set points, (legs × 6,) [rad]; None: posture + torque / stiffness.
+        fitted: wheel forces and set points together show how stiff each joint is: with this what a deflection is more,
+            or less, than expected is taken for stiffness as far as that is likelier than an error of the encoder. The
+            rover then starts exactly where it was measured: what is left stays as ``bias`` on the set points.
+
+    Returns:
+        The rover at rest.
+
+    Raises:
+        InvalidInput: the state is of another robot, or fewer than three wheels are pressed down.
     """
     robot = rover.robot
     if state.robot != robot.name or state.leg_count != robot.leg_count:
@@ -102,10 +109,19 @@ def measured(
 
 
 def holding_normals(normals: Array, forces: Array, friction: float, most: Array) -> tuple[Array, NDArray[np.bool_]]:
-    """Normals (legs, 3) with which friction holds forces (legs, 3) well inside its cone; which were tilted, (legs,).
+    """Normals with which friction holds forces well inside its cone.
 
-    Only those are, towards the force, with which it would use more than HELD_SHARE, to LIKELY_SHARE. Those that would
-    be tilted by more than ``most`` (legs,) [rad], and those of wheels that bear nothing, stay.
+    Only those are tilted, towards the force, with which it would use more than HELD_SHARE, to LIKELY_SHARE. Those that
+    would be tilted too far, and those of wheels that bear nothing, stay.
+
+    Args:
+        normals: (legs, 3) unit, in site.
+        forces: of the ground on the wheels, (legs, 3) in site [N].
+        friction: coefficient between feet and ground.
+        most: how far each may be tilted, (legs,) [rad].
+
+    Returns:
+        Normals (legs, 3), and which were tilted, (legs,).
     """
     sizes = np.linalg.norm(forces, axis=1)
     directions = forces / np.maximum(sizes, 1e-9)[:, None]
@@ -134,7 +150,19 @@ def softer_by(expected: Array, deflections: Array) -> Array:
 def forces_of_deflection(
     rover: CompliantRover, posture: Array, T_site_base: Array, hubs: Array, normals: Array, commanded: Array
 ) -> Array:
-    """Forces of the ground, site, (legs, 3) [N]: of each leg those that explain its deflection by least squares."""
+    """Forces of the ground that explain each leg's deflection by least squares.
+
+    Args:
+        rover: the yielding rover on its ground.
+        posture: joint angles, (legs × 6,) [rad].
+        T_site_base: pose of the chassis, (4, 4).
+        hubs: of the wheels, (legs, 3) in site [m].
+        normals: of the ground under them, (legs, 3) in site.
+        commanded: set points, (legs × 6,) [rad].
+
+    Returns:
+        (legs, 3) in site [N].
+    """
     torques = rover.stiffness * (commanded - posture)
     G, J_site = gravity_and_jacobians(rover, posture, T_site_base, hubs, normals)
     pushed = (G - torques).reshape(-1, 6)
@@ -144,20 +172,52 @@ def forces_of_deflection(
 def holding(
     rover: CompliantRover, posture: Array, T_site_base: Array, hubs: Array, normals: Array, forces: Array
 ) -> Array:
-    """Torques that hold the joints against gravity and the wheels' forces (legs, 3), (legs × 6,) [N·m]: G − Jᵀ f."""
+    """Torques that hold the joints against gravity and the wheels' forces: G − Jᵀ f.
+
+    Args:
+        rover: the yielding rover on its ground.
+        posture: joint angles, (legs × 6,) [rad].
+        T_site_base: pose of the chassis, (4, 4).
+        hubs: of the wheels, (legs, 3) in site [m].
+        normals: of the ground under them, (legs, 3) in site.
+        forces: of the ground on the wheels, (legs, 3) in site [N].
+
+    Returns:
+        (legs × 6,) [N·m].
+    """
     G, J_site = gravity_and_jacobians(rover, posture, T_site_base, hubs, normals)
     return G - (forces[:, None] @ J_site).ravel()
 
 
 def wheel_arms(rover: CompliantRover, hubs: Array, normals: Array) -> Array:
-    """Points fixed to the wheels at which the ground's forces act, site, (legs, 3) [m]."""
+    """Points fixed to the wheels at which the ground's forces act.
+
+    Args:
+        rover: the yielding rover on its ground.
+        hubs: of the wheels, (legs, 3) in site [m].
+        normals: of the ground under them, (legs, 3) in site.
+
+    Returns:
+        (legs, 3) in site [m].
+    """
     return hubs - rover.body.rolled * normals
 
 
 def gravity_and_jacobians(
     rover: CompliantRover, posture: Array, T_site_base: Array, hubs: Array, normals: Array
 ) -> tuple[Array, Array]:
-    """Gravity's torques (legs × 6,) [N·m], and Jacobians (legs, 3, 6), site, of the points where the ground pushes."""
+    """What gravity asks of the joints, and how they move the points where the ground pushes.
+
+    Args:
+        rover: the yielding rover on its ground.
+        posture: joint angles, (legs × 6,) [rad].
+        T_site_base: pose of the chassis, (4, 4).
+        hubs: of the wheels, (legs, 3) in site [m].
+        normals: of the ground under them, (legs, 3) in site.
+
+    Returns:
+        Torques (legs × 6,) [N·m], and Jacobians (legs, 3, 6) in site [m/rad].
+    """
     statics = PostureStatics(rover.robot, posture)
     R = T_site_base[:3, :3]
     size = float(np.linalg.norm(rover.gravity))

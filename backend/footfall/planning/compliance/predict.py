@@ -46,9 +46,20 @@ class PredictedMotion:
 def predict(
     rover: CompliantRover, start: RestingRover, commanded: ArrayLike, progress: Progress = no_progress
 ) -> PredictedMotion:
-    """Follow the set points ``commanded`` (n, legs × 6) [rad] from ``start``, straight from each to the next.
+    """Follow set points, straight from each to the next.
 
-    progress: may raise Cancelled. Raises InvalidInput for wrong shapes.
+    Args:
+        rover: the yielding rover on its ground.
+        start: where it rests at first.
+        commanded: set points, (n, legs × 6) [rad].
+        progress: called with a fraction 0…1 and a text; may raise Cancelled.
+
+    Returns:
+        The rests that it comes to.
+
+    Raises:
+        InvalidInput: the set points have another shape.
+        Cancelled: ``progress`` raised it.
     """
     path = np.asarray(commanded, float)
     if path.ndim != 2 or path.shape[1] != len(start.commanded) or not np.isfinite(path).all():
@@ -69,9 +80,15 @@ def predict(
 
 
 def advanced(rover: CompliantRover, rest: RestingRover, commanded: Array) -> RestingRover:
-    """The equilibrium after the set points went straight to ``commanded`` (legs × 6,) [rad].
+    """The equilibrium after the set points went straight to others; the ground is looked at every ``STRIDE``.
 
-    The ground is looked at every ``STRIDE``.
+    Args:
+        rover: the yielding rover on its ground.
+        rest: where it rests at first.
+        commanded: the others, (legs × 6,) [rad].
+
+    Returns:
+        Where it rests then.
     """
     origin = rest.commanded
     parts = max(1, int(np.ceil(np.abs(commanded - origin).max() / STRIDE)))

@@ -10,10 +10,17 @@ LEAST_YIELD = 0.25
 
 
 def gives_way(state: RobotState, set_points: NDArray[np.float64], stiffness: NDArray[np.float64]) -> bool | None:
-    """Of a rover at rest; None where that can't be told.
+    """Whether a rover at rest shows that its joints give way.
 
-    set_points: (legs × 6,) [rad]; stiffness: of the joints, (legs × 6,) [N·m/rad]. The medians over all joints are
-    compared: a single bad encoder says nothing.
+    The medians over all joints are compared: a single bad encoder says nothing.
+
+    Args:
+        state: as telemetry has it.
+        set_points: (legs × 6,) [rad].
+        stiffness: of the joints, (legs × 6,) [N·m/rad].
+
+    Returns:
+        None where that can't be told.
     """
     seen = float(np.median(np.abs(set_points - state.posture)))
     expected = float(np.median(np.abs(state.joint_torques / stiffness)))

@@ -27,7 +27,20 @@ Answer = dict[str, tuple[float, str]] | Refusal
 def over_all_feet(
     ground: Ground, soles: Array, contacts: Array, normals: Array, x: float, y: float, yaw: float
 ) -> Iterator[tuple[Array, Array, Answer]]:
-    """Postures, poses and what the check says of them, with all feet down and the chassis wanted at (x, y)."""
+    """Postures with all feet down and the chassis wanted at a place, and what the check says of them.
+
+    Args:
+        ground: robot, terrain and settings.
+        soles: centres, (legs, 3) in site [m].
+        contacts: (legs, 3) in site [m].
+        normals: (legs, 3) of the ground there.
+        x: east, in site [m].
+        y: north, in site [m].
+        yaw: heading in site [rad].
+
+    Yields:
+        Posture (joints,), pose (4, 4) and answer, the most wanted first.
+    """
     feet = Feet(ground.robot.legs, contacts, normals)
     for T_site_base in poses(ground, soles, contacts, feet.standing, x, y, yaw, ground.ease.q):
         q = legs_to(ground.robot, T_site_base, soles, ground.ease.q)
@@ -37,9 +50,20 @@ def over_all_feet(
 def poses(
     ground: Ground, soles: Array, contacts: Array, standing: Sequence[int], x: float, y: float, yaw: float, near: Array
 ) -> Iterator[Array]:
-    """Poses T_site_base (4, 4), the most wanted first: at (x, y), moved only as far as the weight has to.
+    """Poses of the chassis, the most wanted first: at a place, moved only as far as the weight has to.
 
-    standing: the feet that are to carry it; near: posture (joints,) from which the centre of mass is reckoned.
+    Args:
+        ground: robot, terrain and settings.
+        soles: centres, (legs, 3) in site [m].
+        contacts: (legs, 3) in site [m].
+        standing: numbers of the feet that are to carry it.
+        x: east, in site [m].
+        y: north, in site [m].
+        yaw: heading in site [rad].
+        near: posture from which the centre of mass is reckoned, (joints,) [rad or m].
+
+    Yields:
+        T_site_base, (4, 4).
     """
     com_base = placed(ground.robot, near).com
     for rise in RISES:
@@ -55,10 +79,18 @@ def poses(
 
 
 def shift_inside(ground: Ground, contacts: Array, com_xy: Array, inward: float) -> Array | None:
-    """The shortest shift (2,) [m] that brings the weight inside the polygon of contacts (k, 3) by the least margin.
+    """The shortest shift that brings the weight inside the support polygon by the least margin.
 
-    A little is added for what the legs weigh that move along. inward: share of the way on to the middle. None where the
-    polygon is too small.
+    A little is added for what the legs weigh that move along.
+
+    Args:
+        ground: robot, terrain and settings.
+        contacts: (k, 3) of the polygon, in site [m].
+        com_xy: centre of mass, (2,) in site [m].
+        inward: share of the way on to the middle.
+
+    Returns:
+        (2,) [m]; None where the polygon is too small.
     """
     normals, offsets = half_planes(contacts, conservative=False)
     if not len(offsets):

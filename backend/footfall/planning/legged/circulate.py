@@ -131,8 +131,22 @@ def plan_circulating(
     """Plan a walk of a robot with two stacks: it turns to the goal, goes straight there, and turns to its heading.
 
     A goal that lies behind is walked to backward. With all feet down the weight is inside the conservative support
-    polygon, whatever the settings say; without settings it is so by MARGIN. Answers and errors as those of
-    ``plan_walk``; raises InvalidInput for a robot without stacks.
+    polygon, whatever the settings say.
+
+    Args:
+        robot: the robot, with stacks.
+        dem: the ground, in site.
+        state: how the robot stands at first.
+        goal: a WalkGoal, or x, y [m] and, if it matters, yaw [rad] in site; without yaw the heading is kept.
+        settings: with what is planned and checked; None: as delivered, the weight inside by MARGIN.
+        progress: called with a fraction 0…1 and a text; may raise Cancelled.
+
+    Returns:
+        The answer, as of ``plan_walk``.
+
+    Raises:
+        InvalidInput: the goal makes no sense, the state is of another robot, or the robot has no stacks.
+        Cancelled: ``progress`` raised it.
     """
     goal = goal_of(goal)
     stacks = stacks_of(robot)

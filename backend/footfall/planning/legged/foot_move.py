@@ -43,9 +43,20 @@ class FootMove(NamedTuple):
 def foot_move(
     ground: Ground, state: LeggedState, leg: int, target: Rest, x: float, y: float, yaw: float, tally: Tally
 ) -> FootMove | None:
-    """The leg goes to a rest, the chassis wanted at (x, y) with a heading; None where every pose was refused.
+    """Move a leg to a rest, the chassis wanted at a place with a heading.
 
-    tally: takes the refusals.
+    Args:
+        ground: robot, terrain and settings.
+        state: how the robot stands.
+        leg: number of the leg, from 0.
+        target: where the sole is to rest.
+        x: east, of the chassis in site [m].
+        y: north, of the chassis in site [m].
+        yaw: heading of the chassis in site [rad].
+        tally: takes the refusals.
+
+    Returns:
+        The foot move; None where every pose was refused.
     """
     standing = [one for one in ground.robot.legs if one != leg]
     for T in poses(ground, state.soles, state.contacts, standing, x, y, yaw, state.q):
@@ -59,7 +70,19 @@ def foot_move(
 def move_at(
     ground: Ground, state: LeggedState, leg: int, target: Rest, T: Array, over: FootLine | None = None
 ) -> FootMove | Refusal:
-    """The foot move with the chassis at a pose, or what refuses it. over: the foot's line, else a straight one."""
+    """The foot move with the chassis at a pose.
+
+    Args:
+        ground: robot, terrain and settings.
+        state: how the robot stands.
+        leg: number of the leg, from 0.
+        target: where the sole is to rest.
+        T: pose of the chassis, (4, 4).
+        over: the foot's line; None: a straight one.
+
+    Returns:
+        The foot move, or what refuses it.
+    """
     own = Tally()
     began = foot_free(ground, state, leg, T, own)
     if isinstance(began, Refusal):
@@ -82,7 +105,18 @@ def move_at(
 
 
 def foot_free(ground: Ground, state: LeggedState, leg: int, T_site_base: Array, tally: Tally) -> Sample | Refusal:
-    """The chassis at a pose over all feet, that leg bearing nothing any more."""
+    """The chassis at a pose over all feet, one leg bearing nothing any more.
+
+    Args:
+        ground: robot, terrain and settings.
+        state: how the robot stands.
+        leg: number of the leg, from 0.
+        T_site_base: pose of the chassis, (4, 4).
+        tally: takes what held.
+
+    Returns:
+        The posture there, or what refuses it.
+    """
     q = legs_to(ground.robot, T_site_base, state.soles, state.q)
     return judged(ground, Sample(q, T_site_base, "body", -1), state, leg, tally)
 
@@ -104,7 +138,17 @@ def set_down(ground: Ground, state: LeggedState, leg: int, target: Rest, last: S
 
 
 def chassis_way(ground: Ground, state: LeggedState, T_site_base: Array, tally: Tally) -> list[Sample] | Refusal:
-    """Samples of the chassis' straight way to a pose over all feet, each checked; the first is the state itself."""
+    """The chassis' straight way to a pose over all feet, each sample checked.
+
+    Args:
+        ground: robot, terrain and settings.
+        state: how the robot stands.
+        T_site_base: where the way ends, (4, 4).
+        tally: takes what held.
+
+    Returns:
+        Samples, the first of them the state itself, or what refuses one.
+    """
     robot, start = ground.robot, state.T_site_base
     turn = Rotation.from_matrix(start[:3, :3].T @ T_site_base[:3, :3]).as_rotvec()
     shift = T_site_base[:3, 3] - start[:3, 3]
@@ -171,14 +215,35 @@ def foot_way(
 
 
 def raised_line(ground: Ground, leg: int, start: Array, end: Array) -> Iterator[tuple[str, Array]]:
-    """Phase and centre of the sole: straight up, straight across above the ground between, straight down."""
+    """A foot's line: straight up, straight across above the ground between, straight down.
+
+    Args:
+        ground: robot, terrain and settings.
+        leg: number of the leg, from 0.
+        start: centre of the sole, (3,) in site [m].
+        end: the same at the end, (3,) in site [m].
+
+    Yields:
+        Phase and centre of the sole, (3,) in site [m].
+    """
     across = max(int(np.ceil(np.linalg.norm(end[:2] - start[:2]) / step_length(ground))), 1)
     shares = np.arange(across + 1) / across
     yield from raised(ground, leg, start, end, start[:2] + shares[:, None] * (end - start)[:2])
 
 
 def raised(ground: Ground, leg: int, start: Array, end: Array, between: Array) -> Iterator[tuple[str, Array]]:
-    """The same over places (n, 2) [m] in a row, the first over the start, the last over the end."""
+    """A foot's line straight up, over places above the ground, and straight down.
+
+    Args:
+        ground: robot, terrain and settings.
+        leg: number of the leg, from 0.
+        start: centre of the sole, (3,) in site [m].
+        end: the same at the end, (3,) in site [m].
+        between: places (n, 2) in a row, the first over the start, the last over the end [m].
+
+    Yields:
+        Phase and centre of the sole, (3,) in site [m].
+    """
     step, radius = step_length(ground), float(ground.robot.radii[leg])
     heights = rest_heights(ground.dem, between, radius)
     top = float(np.nanmax([start[2], end[2], *heights])) + ground.settings.lift * ground.robot.length

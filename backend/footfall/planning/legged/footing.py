@@ -27,9 +27,16 @@ class Rest(NamedTuple):
 
 
 def rest(dem: Dem, x: float, y: float, radius: float) -> Rest:
-    """The rest of a ball (radius 0: a point) [m] that is let down at (x, y) [m] until it touches.
+    """The rest of a ball that is let down until it touches; a disc counts as the ball around it.
 
-    A disc counts as the ball around it.
+    Args:
+        dem: the ground, in site.
+        x: east, in site [m].
+        y: north, in site [m].
+        radius: of the ball, 0: a point [m].
+
+    Returns:
+        Centre, contact and normal of the ground.
     """
     dx, dy, up = _lower_half(radius)
     heights = height_at(dem, x + dx, y + dy)
@@ -43,7 +50,16 @@ def rest(dem: Dem, x: float, y: float, radius: float) -> Rest:
 
 
 def rest_heights(dem: Dem, xy: ArrayLike, radius: float) -> Array:
-    """Heights [m] of a ball's centre that is let down at places (n, 2), (n,); NaN over unknown ground."""
+    """Heights of a ball's centre that is let down at places.
+
+    Args:
+        dem: the ground, in site.
+        xy: (n, 2) in site [m].
+        radius: of the ball, 0: a point [m].
+
+    Returns:
+        (n,) [m]; NaN over unknown ground.
+    """
     places = np.asarray(xy, float)
     dx, dy, up = _lower_half(radius)
     return (height_at(dem, places[:, 0, None] + dx, places[:, 1, None] + dy) + up).max(axis=1)

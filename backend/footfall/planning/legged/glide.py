@@ -55,9 +55,17 @@ def places(
     stances: list[Feet],
     pose: tuple[float, float, float],
 ) -> list[tuple[float, float]] | Refusal:
-    """Places (x, y) [m] of the chassis with a heading at which every one of the stances holds it, the nearest first.
+    """Places of the chassis with a heading at which every one of some stances holds it.
 
-    pose: x, y [m] and yaw [rad] where it is wanted. Refused with the best margin where there is none.
+    Args:
+        ground: robot, terrain and settings.
+        stacks: of the robot.
+        state: how the robot stands.
+        stances: where the feet are in each.
+        pose: x, y [m] and yaw [rad] where the chassis is wanted.
+
+    Returns:
+        (x, y) in site [m], the nearest first; refused with the best margin where there is none.
     """
     x, y, yaw = pose
     ahead = np.array([np.cos(yaw), np.sin(yaw)])
@@ -84,7 +92,17 @@ def places(
 
 
 def level_poses(ground: Ground, state: LeggedState, near: list[tuple[float, float]], yaw: float) -> Iterator[Array]:
-    """T_site_base (4, 4) over the state's feet, level, at places in their order and at several heights."""
+    """Level poses of the chassis over a state's feet.
+
+    Args:
+        ground: robot, terrain and settings.
+        state: how the robot stands.
+        near: places (x, y) in site, which are tried in their order [m].
+        yaw: heading in site [rad].
+
+    Yields:
+        T_site_base (4, 4), at several heights over each place.
+    """
     for rise in RISES:
         for x, y in near[:TRIED]:
             yield ground.pose_over(state.soles, x, y, yaw, 0.0, rise)

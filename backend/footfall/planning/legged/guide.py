@@ -26,7 +26,16 @@ class Guide(NamedTuple):
 
 
 def guide_to(ground: Ground, T_site_base: Array, goal: WalkGoal) -> Guide:
-    """From a chassis' pose to a goal; a goal without a heading keeps the heading."""
+    """The way of the chassis to a goal; a goal without a heading keeps the heading.
+
+    Args:
+        ground: robot, terrain and settings.
+        T_site_base: pose of the chassis now, (4, 4).
+        goal: where it is to be.
+
+    Returns:
+        The way.
+    """
     yaw = heading(T_site_base)
     turn = 0.0 if goal.yaw is None else float((goal.yaw - yaw + np.pi) % (2 * np.pi) - np.pi)
     change = np.array([goal.x - T_site_base[0, 3], goal.y - T_site_base[1, 3], turn])

@@ -67,9 +67,16 @@ def _stack(robot: LeggedRobot, axis: Array, legs: list[int]) -> Stack:
 
 
 def ring_margins(stack: Stack, soles: Array, places: Array, legs: tuple[int, ...]) -> Array:
-    """How far inside its reachable space the stack is at places (n, 2) [m], (n,); below zero: outside.
+    """How far inside its reachable space a stack is at places.
 
-    soles: (robot's legs, 3) of feet in site; legs: which of them stand.
+    Args:
+        stack: of the robot.
+        soles: of all legs, (legs, 3) in site [m].
+        places: (n, 2) in site [m].
+        legs: numbers of those that stand.
+
+    Returns:
+        (n,) [m]; below zero: outside.
     """
     own = [leg for leg in stack.legs if leg in legs]
     away = np.linalg.norm(places[:, None] - soles[own, :2], axis=2)
@@ -77,7 +84,16 @@ def ring_margins(stack: Stack, soles: Array, places: Array, legs: tuple[int, ...
 
 
 def crescent(stack: Stack, soles: Array, legs: tuple[int, ...]) -> Array:
-    """Pieces (n, 2, 2) [m] of the rings of a stack that bound its reachable space: those inside all its other rings."""
+    """The rings of a stack that bound its reachable space: pieces of them inside all its other rings.
+
+    Args:
+        stack: of the robot.
+        soles: of all legs, (legs, 3) in site [m].
+        legs: numbers of those that stand.
+
+    Returns:
+        Pieces (n, 2, 2) in site [m].
+    """
     around = 2 * np.pi * np.arange(RING) / RING
     circle = np.column_stack([np.cos(around), np.sin(around)])
     rims = [

@@ -40,7 +40,20 @@ def stand(
 
 
 def stand_on(ground: Ground, x: float, y: float, yaw: float) -> LeggedState:
-    """:func:`stand` on a ground that is made ready."""
+    """As :func:`stand`, on a ground that is made ready.
+
+    Args:
+        ground: robot, terrain and settings.
+        x: east, of the chassis in site [m].
+        y: north, of the chassis in site [m].
+        yaw: heading of the chassis in site [rad].
+
+    Returns:
+        The state of the robot at rest.
+
+    Raises:
+        InvalidInput: there is no such stance; the message says what refused it and by how much.
+    """
     if not np.isfinite([x, y, yaw]).all():
         raise InvalidInput("a place to stand needs finite x, y [m] and yaw [rad]")
     robot = ground.robot

@@ -21,7 +21,16 @@ FINE = 400
 
 
 def through_body(stack: Stack, other: Stack, T_site_base: Array) -> FootLine:
-    """Line of a foot of the stack, the chassis still at a level pose."""
+    """Line of a foot of a stack that passes through the body, the chassis still at a level pose.
+
+    Args:
+        stack: of the foot.
+        other: the other stack.
+        T_site_base: pose of the chassis, (4, 4).
+
+    Returns:
+        What makes the line from where the foot starts and ends.
+    """
     axes = [apply(T_site_base, np.array([*one.axis, 0.0]))[:2] for one in (stack, other)]
 
     def line(ground: Ground, leg: int, start: Array, end: Array) -> Iterator[tuple[str, Array]]:
@@ -32,9 +41,18 @@ def through_body(stack: Stack, other: Stack, T_site_base: Array) -> FootLine:
 
 
 def around(axis: Array, toward: Array, start: Array, end: Array, nearest: float, step: float) -> Array:
-    """Places (n, 2) [m] from start to end around an axis, at most a step apart, on the side of ``toward``.
+    """Places around an axis, from start to end.
 
-    nearest: how near to the axis the foot is drawn in.
+    Args:
+        axis: (2,) in site [m].
+        toward: place (2,) in site on whose side of the axis they are [m].
+        start: (2,) in site [m].
+        end: (2,) in site [m].
+        nearest: how near to the axis the foot is drawn in [m].
+        step: two places are at most so far apart [m].
+
+    Returns:
+        (n, 2) in site [m].
     """
     ways = np.array([start, end, toward]) - axis
     first, last, inward = np.arctan2(ways[:, 1], ways[:, 0])

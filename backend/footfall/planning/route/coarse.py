@@ -22,10 +22,23 @@ BESIDE = 4
 def cheapest_way(
     geometry: GridGeometry, costs: Array, begin: ArrayLike, goal: ArrayLike, progress: Progress = no_progress
 ) -> tuple[Array, float]:
-    """The way (n, 2) [m] from ``begin`` to ``goal`` and its cost; no points and infinite where none leads.
+    """The cheapest way over a grid of costs.
 
     Of a grid of more than MOST_CELLS it is the cheapest only near the coarse one, where all but blocked ground counts
-    by its mean. Raises InvalidInput where begin or goal is outside or blocked.
+    by its mean.
+
+    Args:
+        geometry: the grid.
+        costs: (rows, cols) of a metre, infinite where blocked.
+        begin: x, y (2,) in site [m].
+        goal: x, y (2,) in site [m].
+        progress: called with a fraction 0…1 and a text; what it raises ends the work.
+
+    Returns:
+        Points (n, 2) [m] and what the way costs; no points and infinite where none leads.
+
+    Raises:
+        InvalidInput: begin or goal is outside or blocked.
     """
     if costs.size <= MOST_CELLS:
         return CostField(geometry, costs, goal).plan(begin, progress)

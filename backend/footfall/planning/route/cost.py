@@ -74,7 +74,16 @@ def coarse_geometry(geometry: GridGeometry, resolution: float) -> tuple[GridGeom
 
 
 def blocks(layer: Array, size: int, beyond: float) -> Array:
-    """(rows, size, cols, size) of a layer; beyond: what stands for the cells that the last blocks lack."""
+    """A layer in square blocks of cells.
+
+    Args:
+        layer: (rows, cols).
+        size: side of a block [cells].
+        beyond: what stands for the cells that the last blocks lack.
+
+    Returns:
+        (rows, size, cols, size) of the blocks.
+    """
     rows, cols = (math.ceil(count / size) for count in layer.shape)
     padded = np.full((rows * size, cols * size), beyond)
     padded[: layer.shape[0], : layer.shape[1]] = layer

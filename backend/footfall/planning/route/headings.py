@@ -82,11 +82,17 @@ def _cells(middle: Array, geometry: GridGeometry) -> list[list[int]]:
 
 
 def faced(cut: WayPieces, costs: Array, yaw: float, turning: float) -> Faced | tuple[float, float]:
-    """The cheapest headings along a way, or where x, y [m] none goes on.
+    """The cheapest headings along a way.
 
-    costs: (headings, pieces) of a metre, infinite where the chassis must not face so; heading k is 2 π k / headings
-    from east. yaw: how the rover faces now [rad]; as it stands there already, it may turn to any heading first.
-    turning: what a radian costs [m].
+    Args:
+        cut: the way in pieces.
+        costs: (headings, pieces) of a metre, infinite where the chassis must not face so; heading k is 2 π k / headings
+            from east.
+        yaw: how the rover faces now [rad]; as it stands there already, it may turn to any heading first.
+        turning: what a radian costs [m].
+
+    Returns:
+        The headings and what they cost, or where x, y [m] none goes on.
     """
     count, number = costs.shape
     if not number:

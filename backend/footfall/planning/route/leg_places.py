@@ -58,9 +58,18 @@ class LegPlaces:
 
 
 def leg_places(robot: Robot, resolution: float, headings: int) -> LegPlaces:
-    """Places of a robot's legs on cells of ``resolution`` [m], for so many headings, a multiple of four.
+    """Places of a robot's legs on cells.
 
-    Raises InvalidInput for a robot whose legs aren't six evenly around the chassis, or cells too coarse for them.
+    Args:
+        robot: the rover.
+        resolution: side of the cells [m].
+        headings: how many are looked at, a multiple of four.
+
+    Returns:
+        The cells of each leg at each heading.
+
+    Raises:
+        InvalidInput: the robot's legs aren't six evenly around the chassis, or the cells are too coarse for them.
     """
     azimuths = _azimuths(robot)
     room, away, deepest = _vertical_reach(robot)

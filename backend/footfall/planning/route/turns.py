@@ -33,12 +33,24 @@ def way_with_turns(
     turning: float,
     progress: Progress = no_progress,
 ) -> tuple[Array, float]:
-    """The way (n, 2) [m] whose metres and turns cost least over the middles of cells, and that cost.
+    """The way whose metres and turns cost least over the middles of cells; cut short, it may cost less.
 
-    Cut short, it may cost less. No points and infinite where none leads. metre: (headings / 2, rows, cols) what one
-    costs, at least 1; heading k is 2 π k / headings from east, and the other half turn costs the same. yaw: how the
-    rover faces now [rad]; it may turn to any heading first. turning: what a radian costs [m]. progress: may raise
-    Cancelled. Raises InvalidInput for more than MOST_STATES cells × headings.
+    Args:
+        geometry: the grid.
+        metre: (headings / 2, rows, cols) what one costs, at least 1; heading k is 2 π k / headings from east, and the
+            other half turn costs the same.
+        begin: x, y (2,) in site [m].
+        goal: x, y (2,) in site [m].
+        yaw: how the rover faces now [rad]; it may turn to any heading first.
+        turning: what a radian costs [m].
+        progress: called with a fraction 0…1 and a text; may raise Cancelled.
+
+    Returns:
+        Points (n, 2) [m] and what the way costs; no points and infinite where none leads.
+
+    Raises:
+        InvalidInput: there are more than MOST_STATES cells × headings.
+        Cancelled: ``progress`` raised it.
     """
     if metre.size > MOST_STATES:
         raise InvalidInput(
