@@ -26,6 +26,10 @@ COMPLETE = (
     "planning/route",
     "planning/legged",
     "planning/compliance",
+    "planning/walk",
+    "planning/walk_execution",
+    "planning/choice",
+    "planning/scene",
 )
 """Packages whose public functions of numbers, with three parameters or more, have sections too."""
 NUMBERS = ("Array", "Image", "float")

@@ -50,9 +50,19 @@ def ground_of(robot: Robot, dem: Dem) -> GroundLayers:
 def features_at(
     ground: GroundLayers, T_site_base: Array, onto: Array, current: str = WALK, refused: bool = False
 ) -> Features:
-    """Features of the rover at T_site_base (4, 4) that goes straight on to x, y (2,) [m].
+    """Features of a rover that goes straight on.
 
     Those of the ground under it from here to there, as far around as its wheels are. Beyond the map nothing is known.
+
+    Args:
+        ground: layers of the map.
+        T_site_base: pose of the chassis, (4, 4).
+        onto: where it goes, (2,) in site [m].
+        current: how the iteration before was gone, one of ACTIONS.
+        refused: whether a check refused that.
+
+    Returns:
+        The features.
     """
     here, lean = T_site_base[:2, 3], math.acos(min(1.0, max(-1.0, float(T_site_base[2, 2]))))
     way = np.asarray(onto, np.float64) - here

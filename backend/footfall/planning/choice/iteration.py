@@ -48,7 +48,16 @@ class Iteration:
 
 
 def onto_of(state: RobotState, goal: Array, ahead: float) -> Array:
-    """x, y (2,) that the next iteration goes to: ``ahead`` [m] straight to the goal, or the goal itself."""
+    """Where the next iteration goes to.
+
+    Args:
+        state: how the rover stands.
+        goal: (2,) in site [m].
+        ahead: how far it goes, straight to the goal [m].
+
+    Returns:
+        (2,) in site [m], the goal itself where that is nearer.
+    """
     here = state.T_site_base[:2, 3]
     away = float(np.hypot(*(goal - here)))
     # what is left after this one is not to be shorter than half of it
@@ -58,10 +67,25 @@ def onto_of(state: RobotState, goal: Array, ahead: float) -> Array:
 def iterate(
     robot: Robot, dem: Dem, state: RobotState, action: str, goal: Array, settings: ChoiceSettings, seed: int = 0
 ) -> Iteration:
-    """Go on from ``state`` towards ``goal`` (2,) [m] by one of ACTIONS; seed: of the walk planner.
+    """Go on towards a goal by one action.
 
-    Of what checks refuse nothing is carried out: the rover stays. Motions are quasi-static, as they are planned. Raises
-    InvalidInput where arguments make no sense. The same arguments come to the same.
+    Of what checks refuse nothing is carried out: the rover stays. Motions are quasi-static, as they are planned. The
+    same arguments come to the same.
+
+    Args:
+        robot: the rover.
+        dem: the ground, in site.
+        state: how the rover stands.
+        action: one of ACTIONS.
+        goal: (2,) in site [m].
+        settings: how far an iteration goes, and how fast.
+        seed: of the walk planner.
+
+    Returns:
+        What came of it.
+
+    Raises:
+        InvalidInput: arguments make no sense.
     """
     to = onto_of(state, np.asarray(goal, np.float64), settings.ahead)
     if action == WALK:

@@ -84,11 +84,22 @@ def estimated(seen: Iterable[SeenTransition], states: int, actions: int, otherwi
 
 
 def value_iteration(process: Process, discount: float, tolerance: float = 1e-9) -> Solved:
-    """Optimal values, each within ``tolerance`` times the largest that one could be, or 1; discount γ: 0 ≤ γ < 1.
+    """Optimal values of a process.
 
-    vₖ₊₁(s) = maxₐ [r(s, a) + γ Σ p(s′ | s, a) vₖ(s′)] (Puterman eq. 6.3.1). It contracts by γ, so that
-    ‖vₖ₊₁ − v*‖ ≤ γ / (1 − γ) ‖vₖ₊₁ − vₖ‖ in the largest norm, which is the bound; it is at most ε after
-    ln(ε (1 − γ) / ‖v₁ − v₀‖) / ln γ + 1 sweeps. The choices are then worth within twice the bound of the best.
+    vₖ₊₁(s) = maxₐ [r(s, a) + γ Σ p(s′ | s, a) vₖ(s′)] (Puterman eq. 6.3.1). It contracts by γ, so that ‖vₖ₊₁ − v*‖ ≤ γ
+    / (1 − γ) ‖vₖ₊₁ − vₖ‖ in the largest norm, which is the bound; it is at most ε after ln(ε (1 − γ) / ‖v₁ − v₀‖) / ln
+    γ + 1 sweeps. The choices are then worth within twice the bound of the best.
+
+    Args:
+        process: chances and rewards.
+        discount: γ, 0 ≤ γ < 1.
+        tolerance: of each value, times the largest that one could be, or 1.
+
+    Returns:
+        Values of states and of actions in them.
+
+    Raises:
+        InvalidInput: a state has no action to choose, or the discount is out of range.
     """
     if not 0.0 <= discount < 1.0:
         raise InvalidInput("a discount is at least 0 and below 1", discount=discount)

@@ -51,10 +51,20 @@ def rover_tables(
 ) -> RoverTables:
     """What the functions of rover_kernel.py take.
 
-    heights: (rows, cols) [m], NaN where unknown, which is no obstacle. clearance: added to every δ [m]. around,
-    within: (x, y) and radius [m] of a circle outside of which nothing is called clear. balance: whose payload
-    counts in the centre of mass; its box stays that of the description. Raises InvalidInput where heights and geometry
-    don't fit together, and where the ground is too large for tables.
+    Args:
+        robot: the rover.
+        heights: (rows, cols) [m], NaN where unknown, which is no obstacle.
+        geometry: the grid.
+        clearance: added to every δ [m].
+        around: middle (x, y) of a circle outside of which nothing is called clear [m]; None: there is none.
+        within: radius of that circle [m].
+        balance: whose payload counts in the centre of mass; its box stays that of the description.
+
+    Returns:
+        The tables.
+
+    Raises:
+        InvalidInput: heights and geometry don't fit together, or the ground is too large for tables.
     """
     require_distances(clearance=clearance)
     description = robot.description

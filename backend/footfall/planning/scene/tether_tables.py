@@ -19,7 +19,17 @@ Array = NDArray[np.float64]
 
 
 def tether_tables(robot: Robot, dem: Dem | None, tether: Tether | None, added: float = 0.0) -> TetherTables:
-    """What ``tether_spare`` takes. dem: without holes; added: to its clearance [m]. No tether: empty tables."""
+    """What ``tether_spare`` takes.
+
+    Args:
+        robot: the rover.
+        dem: the ground without holes, in site; None: there is no tether.
+        tether: that the rover hangs on; None: none.
+        added: to its clearance [m].
+
+    Returns:
+        The tables, empty without a tether.
+    """
     capsules, walls = link_capsules(robot), _walls(robot)
     if tether is None or dem is None:
         return TetherTables(np.empty((0, 9)), capsules, walls, np.empty((0, 0)), np.zeros(3))

@@ -113,7 +113,16 @@ def is_easy(cost: TravelCost) -> bool:
 
 
 def cost_grid(cost: TravelCost, low: Array, high: Array) -> ChassisCosts:
-    """The costs between two corners (2,) [m]."""
+    """The costs of travel between two corners.
+
+    Args:
+        cost: what it costs to travel.
+        low: south-west corner, (2,) in site [m].
+        high: north-east corner, (2,) in site [m].
+
+    Returns:
+        The costs on a grid.
+    """
     xs, ys = (np.arange(low[k], high[k] + CELL, CELL) for k in range(2))
     xy = np.stack(np.meshgrid(xs, ys), axis=-1)
     costs = cost.at(xy.reshape(-1, 2)).reshape(xy.shape[:2])
@@ -121,7 +130,17 @@ def cost_grid(cost: TravelCost, low: Array, high: Array) -> ChassisCosts:
 
 
 def way_around(grid: ChassisCosts, begin: Array, end: Array, within: float) -> Array | NoWay:
-    """Points (n, 2) of the way from a place (2,) to another, two where it is straight; it costs no more than that."""
+    """The cheapest way between two places.
+
+    Args:
+        grid: costs.
+        begin: (2,) in site [m].
+        end: (2,) in site [m].
+        within: how near to the end is near enough [m].
+
+    Returns:
+        Points (n, 2) [m], two where the way is straight and costs no more; or why there is none.
+    """
     straight = np.array([begin, end])
     found = grid.shortest(begin, end, within)
     if isinstance(found, NoWay):

@@ -18,16 +18,35 @@ need not be on the guide. Of eight walks that were found none needed more than 0
 
 
 def joined(xy: Array, low: Array, high: Array, longest: float, apart: float) -> NDArray[np.bool_]:
-    """Which places (n, 2) with spans low … high (n,) a foot comes to from the first of them, itself included.
+    """Which places a foot comes to from the first of them, itself included.
 
-    It goes ``longest`` [m] at most at a time, between places whose spans miss each other by ``apart`` [m] at most.
+    Args:
+        xy: places (n, 2) in site [m].
+        low: (n,) where along the way the span of each begins [m].
+        high: (n,) where it ends [m].
+        longest: a foot goes so far at most at a time [m].
+        apart: spans of two places miss each other by so much at most [m].
+
+    Returns:
+        (n,).
     """
     _, part = connected_components(_moves(xy, low, high, longest, apart), directed=False)
     return part == part[0]
 
 
 def moves_left(ends: NDArray[np.bool_], xy: Array, low: Array, high: Array, longest: float) -> Array:
-    """How many foot moves lead from each of the places (n, 2) to one of ``ends``, at least, (n,); inf where none do."""
+    """How many foot moves lead from each place to an end, at least.
+
+    Args:
+        ends: (n,) the places where nothing is left to go.
+        xy: places (n, 2) in site [m].
+        low: (n,) where along the way the span of each begins [m].
+        high: (n,) where it ends [m].
+        longest: a foot goes so far at most at a time [m].
+
+    Returns:
+        (n,); inf where none do.
+    """
     if not ends.any():
         return np.full(len(xy), np.inf)
     moves = _moves(xy, low, high, longest, APART)

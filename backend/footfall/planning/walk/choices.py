@@ -69,9 +69,17 @@ class WayAhead:
 
 
 def way_ahead(robot: Robot, dem: Dem, state: RobotState, through: Array, settings: WalkSettings) -> WayAhead | None:
-    """The way ahead of a rover that goes on through places (n, 2) of the chassis and faces as it does now.
+    """The way ahead of a rover that goes on and faces as it does now.
 
-    None where no ground at all is known.
+    Args:
+        robot: the rover.
+        dem: the ground, in site.
+        state: how the rover stands.
+        through: places of the chassis on its way, (n, 2) in site [m].
+        settings: of the walk.
+
+    Returns:
+        The way; None where no ground at all is known.
     """
     T_site_base = state.T_site_base
     low, high = _corners(through)

@@ -96,9 +96,20 @@ def feet_of(stance: Stance) -> Feet:
 
 
 def foot_move(world: World, at: At, leg: int, to: Stance, aim: Array, rng: np.random.Generator) -> Moved | Fails:
-    """Move the foot of a leg so that the feet stand as in ``to``; aim: (6,) the chassis pose to be near.
+    """Move the foot of a leg, the chassis going first where all feet but that one hold it before and after.
 
-    The chassis goes first to where all feet but that one hold it before and after, and stays while the leg swings.
+    The chassis stays while the leg swings.
+
+    Args:
+        world: rover, ground and settings of the walk.
+        at: where the rover is.
+        leg: number of the leg, from 0.
+        to: how the feet are to stand then.
+        aim: chassis pose to be near, x, y, z [m], roll, pitch, yaw [rad], (6,).
+        rng: what draws.
+
+    Returns:
+        The foot move, or what fails.
     """
     checks = world.around(at.T_site_base).checks
     now = vector_of(np.ascontiguousarray(at.T_site_base[:3]))
@@ -122,7 +133,19 @@ def nobody(stance: Stance) -> Move:
 
 
 def foot_move_at(world: World, at: At, leg: int, to: Stance, vector: Array, rng: np.random.Generator) -> Moved | Fails:
-    """The same with the chassis at ``vector`` (6,) while the leg moves."""
+    """Move the foot of a leg with the chassis at a pose meanwhile.
+
+    Args:
+        world: rover, ground and settings of the walk.
+        at: where the rover is.
+        leg: number of the leg, from 0.
+        to: how the feet are to stand then.
+        vector: chassis pose, x, y, z [m], roll, pitch, yaw [rad], (6,).
+        rng: what draws.
+
+    Returns:
+        The foot move, or what fails.
+    """
     piece = world.around(at.T_site_base)
     checks, feet = piece.checks, feet_of(at.stance)
     T, q, spares = np.empty((3, 4)), np.empty_like(at.posture), np.empty(len(feet.branches))
@@ -162,9 +185,17 @@ def failure_in_words(failed: int, code: int) -> str:
 
 
 def body_way(checks: Checks, at: At, T_site_base: Array) -> BodyWay | Fails:
-    """The chassis' way over all its feet to a pose (4, 4), every check of it holding, or what fails.
+    """The chassis' way over all its feet to a pose, every check of it holding.
 
     It is straight, or where that fails up or down and level with the pose first, then straight.
+
+    Args:
+        checks: of the chassis here.
+        at: where the rover is.
+        T_site_base: where the way ends, (4, 4).
+
+    Returns:
+        The way, or what fails.
     """
     straight = _straight(checks, at, T_site_base)
     if not isinstance(straight, Fails):

@@ -41,7 +41,18 @@ class Footfalls:
 
 
 def footfalls(robot: Robot, dem: Dem, low: Array, high: Array, settings: WalkSettings) -> Footfalls:
-    """The places between two corners (2,) [m] where a wheel may stand upright."""
+    """The places between two corners where a wheel may stand upright.
+
+    Args:
+        robot: the rover.
+        dem: the ground, in site.
+        low: south-west corner, (2,) in site [m].
+        high: north-east corner, (2,) in site [m].
+        settings: how far apart places are, and how steep they may be.
+
+    Returns:
+        Contacts and normals of the places.
+    """
     spacing = settings.spacing
     first, last = np.floor(low / spacing).astype(int), np.ceil(high / spacing).astype(int)
     columns, rows = np.meshgrid(np.arange(first[0], last[0]), np.arange(first[1], last[1]))
@@ -56,7 +67,17 @@ def footfalls(robot: Robot, dem: Dem, low: Array, high: Array, settings: WalkSet
 
 
 def standable(robot: Robot, dem: Dem, xy: Array, settings: WalkSettings) -> tuple[Array, Array, NDArray[np.int64]]:
-    """Contacts and normals (k, 3) of those of places (n, 2) where a wheel may stand upright, and their rows (k,)."""
+    """Those of some places where a wheel may stand upright.
+
+    Args:
+        robot: the rover.
+        dem: the ground, in site.
+        xy: places (n, 2) in site [m].
+        settings: how steep they may be.
+
+    Returns:
+        Contacts and normals (k, 3) in site [m], and their rows (k,) among the places.
+    """
     rows = np.flatnonzero((unknown_away(dem, xy) > robot.wheel_radius) & ~forbidden_to(None, xy, settings.forbidden))
     xy = xy[rows]
     contacts = np.column_stack([xy, height_at(dem, xy[:, 0], xy[:, 1])])
@@ -101,7 +122,16 @@ def unknown_away(dem: Dem, xy: Array) -> Array:
 
 
 def forbidden_to(leg: int | None, xy: Array, places: tuple[Place, ...]) -> NDArray[np.bool_]:
-    """Whether places (n, 2) are forbidden to a leg alone; None: to every leg."""
+    """Whether places are forbidden to a leg alone.
+
+    Args:
+        leg: number of the leg, from 0; None: to every leg.
+        xy: places (n, 2) in site [m].
+        places: what the operator forbids.
+
+    Returns:
+        (n,).
+    """
     out = np.zeros(len(xy), bool)
     for place in places:
         if place.leg == leg:

@@ -27,9 +27,18 @@ _UNDER = 48
 def costed(
     dem: Dem, places: Footfalls, radius: float, weights: FootfallCosts, frame: SlopeFrame | None = None
 ) -> Footfalls:
-    """The places with what they cost by these weights; radius: of a wheel [m].
+    """The places with what they cost.
 
-    frame: of a slope, in whose frame places and ``dem`` are; it is the site's ground that knows its age.
+    Args:
+        dem: the ground, in site.
+        places: where feet may be put.
+        radius: of a wheel [m].
+        weights: of slope, roughness, age and deviation.
+        frame: of a slope, in whose frame places and ``dem`` are; it is the site's ground that knows its age. None: they
+            are in site.
+
+    Returns:
+        The same places with costs.
     """
     costs = np.zeros(len(places.contacts))
     if weights.slope > 0:
@@ -45,9 +54,17 @@ def costed(
 
 
 def roughness_under(dem: Dem, places: Footfalls, radius: float) -> Array:
-    """RMS distance of the ground within ``radius`` [m] of places from the plane that fits it best, (n,) [m].
+    """RMS distance of the ground around places from the plane that fits it best.
 
     Ground that is not known there is taken to lie in the plane of the contact.
+
+    Args:
+        dem: the ground, in site.
+        places: where feet may be put.
+        radius: how far around [m].
+
+    Returns:
+        (n,) [m].
     """
     (x, y, contact), normals = places.contacts.T, places.normals
     dx, dy = spread(radius, _UNDER)
@@ -60,9 +77,15 @@ def roughness_under(dem: Dem, places: Footfalls, radius: float) -> Array:
 
 
 def oldest_under(dem: Dem, places: Array, radius: float) -> Array:
-    """How much older the oldest ground within ``radius`` [m] of places (n, 3) is than the newest of the map, (n,) [s].
+    """How much older the oldest ground around places is than the newest of the map.
 
-    0 where nothing says.
+    Args:
+        dem: the ground, in site.
+        places: (n, 3) in site [m].
+        radius: how far around [m].
+
+    Returns:
+        (n,) [s]; 0 where nothing says.
     """
     return _most_under(dem, ages(dem), places, radius)
 

@@ -43,9 +43,17 @@ class Guide:
 
 
 def guide(dem: Dem, begin: Array, end: Array, footprint: Footprint, through: Array | None = None) -> Guide:
-    """From x, y, yaw (3,) to x, y, yaw, straight or straight from point to point ``through``, (n, 2) with both ends.
+    """A way of the chassis, straight or from point to point, that follows the ground.
 
-    dem: without holes.
+    Args:
+        dem: the ground without holes, in site.
+        begin: x, y [m] and yaw [rad], (3,).
+        end: the same at the end, (3,).
+        footprint: where feet are at ease, and how high the chassis is over them.
+        through: points (n, 2) with both ends [m]; None: straight.
+
+    Returns:
+        The way.
     """
     through = np.array([begin[:2], end[:2]]) if through is None else through
     turn = (end[2] - begin[2] + math.pi) % (2 * math.pi) - math.pi

@@ -51,9 +51,19 @@ def reaches(world: World, way: Guide, places: Footfalls) -> tuple[FootfallReach,
 def steps_onto(
     leg: int, reach: FootfallReach, places: Footfalls, foot: Array, settings: WalkSettings
 ) -> NDArray[np.int64]:
-    """Numbers of the footfalls that a leg may ever stand on, whose foot stands at ``foot`` (2,).
+    """Numbers of the footfalls that a leg may ever stand on.
 
     It reaches them, they are not forbidden to it, and its foot comes there by moves that are not too long.
+
+    Args:
+        leg: number of the leg, from 0.
+        reach: from where on the way the leg reaches each footfall.
+        places: the footfalls.
+        foot: where its foot stands, (2,) in site [m].
+        settings: how long a move may be, and what is forbidden.
+
+    Returns:
+        (k,).
     """
     xy = places.contacts[:, :2]
     rows = np.flatnonzero(np.isfinite(reach.low) & ~forbidden_to(leg, xy, settings.forbidden))
@@ -61,7 +71,16 @@ def steps_onto(
 
 
 def come_to(xy: Array, begin: Array, longest: float) -> NDArray[np.bool_]:
-    """Which of the places (n, 2) a foot that stands at ``begin`` (2,) comes to by moves of ``longest`` [m] at most."""
+    """Which places a foot comes to by moves that are not too long.
+
+    Args:
+        xy: places (n, 2) in site [m].
+        begin: where it stands, (2,) in site [m].
+        longest: a move is at most so long [m].
+
+    Returns:
+        (n,).
+    """
     came = np.zeros(len(xy), bool)
     newest = begin[None]
     while len(newest) and not came.all():

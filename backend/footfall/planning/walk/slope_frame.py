@@ -142,10 +142,20 @@ class SlopeFrame:
 
 
 def slope_between(dem: Dem, here: Array, there: Array, around: float, anchor: Array) -> SlopeFrame:
-    """The frame of the plane through the ground from ``here`` to ``there`` (2,) and ``around`` [m]; least squares.
+    """The frame of the plane through the ground between two places, by least squares.
 
-    It is that of the site where the plane is nearly level. anchor: (2 or 3,) of the tether [m]; of a map that is larger
-    by far than what lies between, that is turned.
+    It is that of the site where the plane is nearly level. Of a map that is larger by far only what lies between the
+    two and the anchor is turned.
+
+    Args:
+        dem: the ground, in site.
+        here: (2,) in site [m].
+        there: (2,) in site [m].
+        around: ground so far around counts too [m].
+        anchor: of the tether, (2,) or (3,) in site [m].
+
+    Returns:
+        The frame.
     """
     places = np.array([here, there, anchor[:2]])
     dem = _between(dem, places.min(axis=0) - _BESIDE, places.max(axis=0) + _BESIDE)

@@ -46,10 +46,20 @@ IN_PLACE = np.array([0.0, 0.0, 1.0, 1.0, 1.0, 0.0])
 def smoothed(
     world: World, start: At, moves: list[Moved], closing: BodyWay, height: float, watch: Watch
 ) -> tuple[list[Moved], BodyWay, Smoothed | None]:
-    """The foot moves and the chassis' last way, smoothed as the settings say, and what came of it.
+    """The foot moves and the chassis' last way, smoothed as the settings say.
 
-    height: of the chassis above its feet that is wanted where no posture was asked for [m]. Where the time limit passes
-    the walk is as far smoothed as it is. A rover that is at its goal stays.
+    Where the time limit passes the walk is as far smoothed as it is. A rover that is at its goal stays.
+
+    Args:
+        world: rover, ground and settings of the walk.
+        start: where the rover is at first.
+        moves: the foot moves.
+        closing: the chassis' way after the last of them.
+        height: of the chassis above its feet that is wanted where no posture was asked for [m].
+        watch: progress and time limit.
+
+    Returns:
+        Moves and last way after smoothing, and what came of it; None: nothing was smoothed.
     """
     rounds = world.settings.smoothing.rounds
     if not rounds or not moves:

@@ -48,11 +48,22 @@ OFF = 0.2
 def search_stance(
     robot: Robot, dem: Dem, x: float, y: float, yaw: float, hung: Hung | None = None
 ) -> tuple[Array, Array] | None:
-    """Posture (legs × 6,) and T_site_base (4, 4) of a rover that stands near a place, or None where none is found.
+    """Search for a stance near a place.
 
     All that a walk with default settings asks of a chassis over its feet holds there: reserves of reach and joints,
-    support, friction, torque, clearances. hung: of a rover on a tether; all is in the slope's frame then, but for the
-    place that is asked for. Equal arguments give equal stances.
+    support, friction, torque, clearances. Equal arguments give equal stances.
+
+    Args:
+        robot: the rover.
+        dem: the ground, in site.
+        x: east, in site [m].
+        y: north, in site [m].
+        yaw: heading in site [rad].
+        hung: of a rover on a tether; all but the place that is asked for is in the slope's frame then. None: there is
+            no tether.
+
+    Returns:
+        Posture (legs × 6,) [rad] and T_site_base (4, 4), or None where none is found.
     """
     if hung is None:
         return _Search(robot, dem, x, y, yaw).run()

@@ -81,7 +81,22 @@ def stand(
 
 
 def hanging(robot: Robot, dem: Dem, x: float, y: float, yaw: float, tether: Tether) -> RobotState:
-    """The state of a rover that hangs on a tether at (x, y) [m]; raises InvalidInput where none is found."""
+    """Stand a rover on a tether.
+
+    Args:
+        robot: the rover.
+        dem: the ground, in site.
+        x: east, in site [m].
+        y: north, in site [m].
+        yaw: heading in site [rad].
+        tether: that it hangs on.
+
+    Returns:
+        The state of the rover at rest.
+
+    Raises:
+        InvalidInput: no stance is found, or it is not free or not held.
+    """
     here = np.array([x, y])
     found = search_stance(robot, dem, x, y, yaw, Hung(slope_between(dem, here, here, AROUND, tether.anchor), tether))
     if found is None:

@@ -37,7 +37,17 @@ def start_of(robot: Robot, dem: Dem, state: RobotState) -> At | str:
 
 
 def stance_of(robot: Robot, dem: Dem, q: Array, T_site_base: Array) -> Stance:
-    """The stance of a posture (legs × 6,) [rad] and pose (4, 4), all of whose wheels are taken to be down."""
+    """The stance of a posture, all of whose wheels are taken to be down.
+
+    Args:
+        robot: the rover.
+        dem: the ground, in site.
+        q: the posture, (legs × 6,) [rad].
+        T_site_base: pose of the chassis, (4, 4).
+
+    Returns:
+        Which feet are where.
+    """
     feet = contacts(robot, dem, q, T_site_base, robot.legs)
     Ts_site_wheel = np.array([T_site_base @ wheel_pose(robot, q, leg) for leg in robot.legs])
     branches = np.array([branch_of(robot, leg, q[6 * leg : 6 * leg + 6]) for leg in robot.legs], np.int64)

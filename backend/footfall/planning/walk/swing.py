@@ -55,9 +55,23 @@ def swing(
     over_ground: LegOverGround,
     rng: np.random.Generator,
 ) -> Swing | str:
-    """The motion between two postures of a leg (6,) on the ground, or the phase that was not found.
+    """The motion between two postures of a leg on the ground.
 
-    wheels: T_site_wheel (3, 4) at both ends. over_ground: asked where a wheel on the ground is not surely free.
+    Args:
+        T_site_base: pose of the chassis meanwhile, (3, 4).
+        ends: postures of the leg, (6,) each [rad].
+        wheels: T_site_wheel, (3, 4), at both ends.
+        branches: of the inverse kinematics at both ends.
+        leg: number of the leg, from 0.
+        lift: how high the wheel goes up at both ends [m].
+        legs: what the kernels need of all legs.
+        clearance: what they need of this leg and what it may touch.
+        body: what they need of the chassis and its balance.
+        over_ground: asked where a wheel on the ground is not surely free.
+        rng: what draws.
+
+    Returns:
+        The motion, or the phase that was not found.
     """
     rises = []
     for name, q, T_site_wheel, branch in zip(("lift", "lower"), ends, wheels, branches, strict=True):
@@ -101,7 +115,20 @@ def _is_free(path: Array, clearance: LegTables, body: BodyTables, over_ground: L
 def risen(
     T_site_base: Array, q: Array, T_site_wheel: Array, branch: int, leg: int, lift: float, legs: LegsTables
 ) -> Array | None:
-    """Postures (RISES + 1, 6) from q with the wheel going straight up by ``lift`` [m], or None where it can't."""
+    """Postures with the wheel going straight up.
+
+    Args:
+        T_site_base: pose of the chassis, (3, 4).
+        q: posture of the leg where it begins, (6,) [rad].
+        T_site_wheel: pose of its wheel there, (3, 4).
+        branch: of the inverse kinematics.
+        leg: number of the leg, from 0.
+        lift: how high [m].
+        legs: what the kernels need of all legs.
+
+    Returns:
+        (RISES + 1, 6) [rad], or None where it can't.
+    """
     out = np.empty((RISES + 1, 6))
     out[0] = q
     T = T_site_wheel.copy()

@@ -16,10 +16,18 @@ LOOKED_AT = 0.05
 
 
 def unknown_under(dem: Dem, tether: Tether, Ts_site_base: Array) -> tuple[Check, ...]:
-    """Unknown ground under the tether of a chassis at poses (n, 4, 4); nothing where all is known.
+    """Unknown ground under the tether of a chassis.
 
     Where the tether may lie by its anchor is not looked at. Never a reason to refuse, but to be told, as it is of a
     leg's way: holes are planned over as if they were as high as their highest known neighbour.
+
+    Args:
+        dem: the ground, in site.
+        tether: that the rover hangs on; None: none.
+        Ts_site_base: poses of the chassis, (n, 4, 4).
+
+    Returns:
+        A check; none where all is known.
     """
     poses, under, unknown = np.asarray(Ts_site_base, float), 0, []
     for T, length in zip(poses, tether.lengths(poses), strict=True):

@@ -35,7 +35,16 @@ _ROUND = 10.0
 
 
 def anchor_refused(dem: Dem, T_site_base: Array, tether: Tether) -> str:
-    """Why the anchor can't be there, or the tether not go from it to a chassis at (4, 4); "" where it can."""
+    """Why an anchor can't be there, or the tether not go from it to the chassis.
+
+    Args:
+        dem: the ground, in site.
+        T_site_base: pose of the chassis, (4, 4).
+        tether: that the rover hangs on; None: none.
+
+    Returns:
+        One sentence; "" where it can.
+    """
     x, y, z = (float(one) for one in tether.anchor)
     told, (west, south, east, north) = f"the tether's anchor ({x:g}, {y:g}, {z:g}) m", dem.geometry.bounds
     if not (west <= x <= east and south <= y <= north):
@@ -73,7 +82,16 @@ def _deepest(dem: Dem, end: Array, tether: Tether, length: float) -> tuple[float
 
 
 def goal_refused(tether: Tether, goal: WalkGoal, at_goal: Array) -> str:
-    """Why the tether does not reach a chassis that is about there (3,) in site at the goal; "" where it may."""
+    """Why a tether does not reach a chassis at the goal.
+
+    Args:
+        tether: that the rover hangs on; None: none.
+        goal: where the chassis is to be.
+        at_goal: about where its origin is then, (3,) in site [m].
+
+    Returns:
+        One sentence; "" where it may.
+    """
     away = float(np.linalg.norm(tether.anchor - at_goal))
     least = away - float(np.linalg.norm(tether.attachment)) - goal.within - NEARER
     if least <= tether.free_length:
@@ -121,7 +139,20 @@ def through_chassis(world: World, start: At) -> str:
 def refused_before(
     robot: Robot, dem: Dem, start: At, goal: WalkGoal, at_goal: Array, balance: BalanceSettings, tether: Tether
 ) -> tuple[Status, str] | None:
-    """What speaks against a walk on the tether before any search; start and at_goal (3,): in site."""
+    """What speaks against a walk on a tether before any search.
+
+    Args:
+        robot: the rover.
+        dem: the ground, in site.
+        start: where the rover is, in site.
+        goal: where the chassis is to be.
+        at_goal: about where its origin is then, (3,) in site [m].
+        balance: friction and payload.
+        tether: that the rover hangs on; None: none.
+
+    Returns:
+        Status and reason; None where nothing does.
+    """
     reason = anchor_refused(dem, np.asarray(start.T_site_base), tether)
     if reason:
         return Status.START_INVALID, reason

@@ -152,16 +152,36 @@ def travel_cost(
     begin: Array,
     end: Array,
 ) -> TravelCost:
-    """standing: (legs, 3) contacts where the feet are; they count as places too. dem: with its holes."""
+    """What it costs to travel over footfalls.
+
+    Args:
+        robot: the rover.
+        dem: the ground with its holes, in site.
+        places: where feet may be put.
+        spacing: about how far they are apart [m].
+        standing: contacts where the feet are, (legs, 3) in site [m]; they count as places too.
+        footprint: where feet are at ease, and how high the chassis is over them.
+        begin: x, y [m] and yaw [rad] of the chassis, (3,).
+        end: the same at the end, (3,).
+
+    Returns:
+        What tells the cost of any place.
+    """
     contacts = np.concatenate([places.contacts, standing])
     costs = np.concatenate([places.costs, np.zeros(len(standing))])
     return TravelCost(robot, dem, contacts, costs, KDTree(contacts[:, :2]), spacing, footprint, begin, end)
 
 
 def plane_of(dx: Array, dy: Array, z: Array) -> tuple[Array, Array, Array]:
-    """Height at (0, 0) and slopes along x and y, (n,) each, of least squares planes through (n, k) places about it.
+    """Least squares planes through places that are spread evenly around (0, 0).
 
-    The places are spread evenly around (0, 0).
+    Args:
+        dx: east of the middle, (k,) [m].
+        dy: north of it, (k,) [m].
+        z: heights, (n, k) [m].
+
+    Returns:
+        Height at (0, 0) and slopes along x and y, (n,) each.
     """
     middle = z.mean(axis=1)
     away = z - middle[:, None]

@@ -18,7 +18,17 @@ telemetry was planned from it was so already. More, and it stands elsewhere."""
 
 
 def off_walk(robot: Robot, state: RobotState, posture: Array, T_site_base: Array) -> str:
-    """How far the rover is from a posture (legs × 6,) [rad] and a pose (4, 4) of a walk; empty where it is there."""
+    """How far the rover is from where a walk has it, for a person.
+
+    Args:
+        robot: the rover.
+        state: how the rover stands.
+        posture: of the walk, (legs × 6,) [rad].
+        T_site_base: pose of the chassis that the walk has, (4, 4).
+
+    Returns:
+        One sentence; empty where it is there.
+    """
     chassis = float(np.linalg.norm(state.T_site_base[:3, 3] - T_site_base[:3, 3]))
     leg, wheel = farthest_wheel(robot, state, posture, T_site_base)
     if not (chassis <= CHASSIS_MOVED and wheel <= FOOT_MOVED):
@@ -27,7 +37,17 @@ def off_walk(robot: Robot, state: RobotState, posture: Array, T_site_base: Array
 
 
 def farthest_wheel(robot: Robot, state: RobotState, posture: Array, T_site_base: Array) -> tuple[int, float]:
-    """The leg whose wheel's middle is farthest from where it is in a posture and pose, and how far that is [m]."""
+    """The wheel whose middle is farthest from where a walk has it.
+
+    Args:
+        robot: the rover.
+        state: how the rover stands.
+        posture: of the walk, (legs × 6,) [rad].
+        T_site_base: pose of the chassis that the walk has, (4, 4).
+
+    Returns:
+        Its leg, and how far that is [m].
+    """
     here, there = (
         apply(T, wheel_centers(robot, q)) for q, T in ((state.posture, state.T_site_base), (posture, T_site_base))
     )

@@ -42,10 +42,27 @@ def onward(
     commanded: ArrayLike | None = None,
     progress: Progress = no_progress,
 ) -> Onward:
-    """The execution of foot move ``number`` of a walk, from the state that was just measured.
+    """The execution of one foot move of a walk, from the state that was just measured.
 
     Where it can't be executed from there, a walk to the same goal is planned from there, with the same settings, and
-    its first foot move is taken. Arguments are those of :func:`plan_walk_execution`.
+    its first foot move is taken.
+
+    Args:
+        robot: the rover.
+        dem: the ground, in site.
+        state: as measured now.
+        walk: as ``plan_walk`` has it.
+        number: of the foot move, from 0.
+        settings: as of :func:`plan_walk_execution`.
+        commanded: the present set points, (legs × 6,) [rad]; None: posture + torque / stiffness.
+        progress: called with a fraction 0…1 and a text; may raise Cancelled.
+
+    Returns:
+        The execution, and the walk that it is of.
+
+    Raises:
+        InvalidInput: walk, state or settings are of another robot or make no sense, or the walk is on a tether.
+        Cancelled: ``progress`` raised it.
     """
     ahead = next_that_moves(walk, number)
     if ahead is None:

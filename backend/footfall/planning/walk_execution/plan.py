@@ -41,16 +41,28 @@ def plan_walk_execution(
     count: int | None = None,
     progress: Progress = no_progress,
 ) -> WalkExecutionResult:
-    """What to command so that the yielding rover makes ``count`` foot moves of a walk from number ``first`` on.
+    """Plan what to command so that the yielding rover makes foot moves of a walk.
 
     The chassis is held on its planned way; feet go where they were planned, from where they are predicted to stand.
-    state: as measured now, where foot move ``first`` starts. settings: their mode, one of HELD, is that of the steps;
-    where they name no payload, that of the walk's settings counts.
-    commanded: (legs × 6,) the present set points; None: posture + torque / stiffness. count: None: all that are left
-    and the chassis' way after the last one. progress: may raise Cancelled.
 
-    Returns a result; where a foot move can't be executed, that says which and why, and holds those before it. Raises
-    InvalidInput where walk, state or settings are of another robot or make no sense.
+    Args:
+        robot: the rover.
+        dem: the ground, in site.
+        state: as measured now, where foot move ``first`` starts.
+        walk: as ``plan_walk`` has it.
+        settings: their mode, one of HELD, is that of the steps; where they name no payload, that of the walk's settings
+            counts. None: as delivered.
+        commanded: the present set points, (legs × 6,) [rad]; None: posture + torque / stiffness.
+        first: number of the first foot move, from 0.
+        count: how many; None: all that are left and the chassis' way after the last one.
+        progress: called with a fraction 0…1 and a text; may raise Cancelled.
+
+    Returns:
+        The answer; where a foot move can't be executed, that says which and why, and holds those before it.
+
+    Raises:
+        InvalidInput: walk, state or settings are of another robot or make no sense, or the walk is on a tether.
+        Cancelled: ``progress`` raised it.
     """
     settings = settings or ExecutionSettings()
     if not isinstance(settings, ExecutionSettings) or settings.mode not in HELD:

@@ -49,12 +49,23 @@ class Stage:
 def stage(
     robot: Robot, dem: Dem, state: RobotState, goal: WalkGoal, farthest: float, settings: WalkSettings | None = None
 ) -> Stage | str:
-    """The goal, where it is within ``farthest`` [m] and every leg has a footfall there; else a place on the way to it.
+    """The goal, where it is near enough and every leg has a footfall there; else a place on the way to it.
 
-    That is the farthest place within on the straight way over known ground where every leg has CHOICE footfalls, of
-    those that a walk with these settings is planned with, or with one of the SEEDS that follow on theirs where that
+    That is the farthest place near enough on the straight way over known ground where every leg has CHOICE footfalls,
+    of those that a walk with these settings is planned with, or with one of the SEEDS that follow on theirs where that
     leads farther; it faces there as it does now. So that it is not reached already, it is to be met within half of
-    ``farthest`` at most. Where there is no such place, why.
+    ``farthest`` at most.
+
+    Args:
+        robot: the rover.
+        dem: the ground, in site.
+        state: how the rover stands.
+        goal: where the chassis is to be in the end.
+        farthest: how near is near enough [m].
+        settings: of the walk; None: as delivered.
+
+    Returns:
+        The place, or why there is none.
     """
     way = np.array([state.T_site_base[:2, 3], (goal.x, goal.y)])
     return _farthest(robot, dem, state, way, goal, farthest, settings or WalkSettings())
@@ -69,11 +80,21 @@ def next_goal(
     settings: WalkSettings | None = None,
     routed: Routed | None = None,
 ) -> Stage | str:
-    """Where a walk to a far goal is planned to next, or why there is no such place.
+    """Where a walk to a far goal is planned to next.
 
-    routed: the route from where the rover stands, or beside it, to a place, x and y [m]; the next goal lies on it, as
-    :func:`stage` has it on the straight way. The route goes to the goal, or as far as the rover can stand on the
-    straight way; where that place is cut off, as near as a route comes. None: straight on.
+    Args:
+        robot: the rover.
+        dem: the ground, in site.
+        state: how the rover stands.
+        goal: where the chassis is to be in the end.
+        farthest: how far it goes at most [m].
+        settings: of the walk; None: as delivered.
+        routed: the route from where the rover stands, or beside it, to a place, x and y [m]; the next goal lies on it,
+            as :func:`stage` has it on the straight way. The route goes to the goal, or as far as the rover can stand on
+            the straight way; where that place is cut off, as near as a route comes. None: straight on.
+
+    Returns:
+        The place, or why there is none.
     """
     if routed is None:
         return stage(robot, dem, state, goal, farthest, settings)

@@ -74,10 +74,22 @@ def nearest(
     bounds: Array,
     below: float,
 ) -> NearestSample | None:
-    """The least spare distance of two things at poses (n, 4, 4) each, if it is less than ``below``.
+    """The least spare distance of two things that move.
 
-    asked: the distance they must keep [m]. bounds: (n,) lower bounds of the spare distance. What is found is at most
-    CLOSE above the least, and both are above zero or none is. Ends at the first sample with nothing to spare.
+    What is found is at most CLOSE above the least, and both are above zero or none is. Ends at the first sample with
+    nothing to spare.
+
+    Args:
+        shape_a: the one, as the collision library has it.
+        Ts_a: its poses, (n, 4, 4).
+        body_b: the other.
+        Ts_b: its poses, (n, 4, 4).
+        asked: the distance that they must keep [m].
+        bounds: lower bounds of the spare distance, (n,) [m].
+        below: only less counts [m].
+
+    Returns:
+        The sample where it is; None where it is not less than ``below``.
     """
     at = _next(bounds, 0, below)
     if at == len(bounds):
@@ -104,6 +116,16 @@ def _next(bounds: Array, at: int, below: float) -> int:
 
 
 def distance(a: coal.BVHModelOBBRSS, T_a: Array, b: coal.BVHModelOBBRSS, T_b: Array) -> float:
-    """Distance of two surfaces at poses (4, 4) [m], 0 where they meet."""
+    """Distance of two surfaces.
+
+    Args:
+        a: the one, as the collision library has it.
+        T_a: its pose, (4, 4).
+        b: the other.
+        T_b: its pose, (4, 4).
+
+    Returns:
+        [m], 0 where they meet.
+    """
     poses = (coal.Transform3s(T[:3, :3], T[:3, 3]) for T in (T_a, T_b))
     return max(float(coal.distance(a, next(poses), b, next(poses), coal.DistanceRequest(), coal.DistanceResult())), 0.0)

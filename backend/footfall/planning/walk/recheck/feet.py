@@ -131,16 +131,31 @@ class Branches:
 
 
 def lowest_rim_point(T_site_wheel: Array, normal: Array, radius: float) -> Array:
-    """Point of the rim, a circle about the wheel's y, that is lowest along the normal, (3,) [m]."""
+    """Point of a wheel's rim, a circle about the wheel's y, that is lowest along a normal.
+
+    Args:
+        T_site_wheel: pose of the wheel, (4, 4).
+        normal: (3,) in site.
+        radius: of the wheel [m].
+
+    Returns:
+        (3,) in site [m].
+    """
     axle = T_site_wheel[:3, 1]
     down = -(normal - (normal @ axle) * axle)
     return T_site_wheel[:3, 3] + radius * down / max(float(np.linalg.norm(down)), 1e-12)
 
 
 def plane_normal(dem: Dem, contact: Array, radius: float) -> Array | None:
-    """Unit normal (3,) of the plane fitted to the surface within ``radius`` [m] of a contact (3,), by least squares.
+    """Unit normal of the plane fitted to the surface around a contact, by least squares.
 
-    None where some of it is unseen.
+    Args:
+        dem: the ground, in site.
+        contact: (3,) in site [m].
+        radius: how far around [m].
+
+    Returns:
+        (3,); None where some of the surface is unseen.
     """
     steps = np.linspace(-radius, radius, 2 * max(4, int(np.ceil(radius / dem.geometry.resolution))) + 1)
     dx, dy = (one.ravel() for one in np.meshgrid(steps, steps))

@@ -313,9 +313,15 @@ def _crossed(arm: Array) -> Array:
 
 
 def friction_margin(contacts: Array, faces: Array, com: Array) -> float:
-    """What every foot could bear sideways in addition, as a share of the weight; negative where it must, and can't.
+    """What every foot could bear sideways in addition.
 
-    contacts: (k, 3) and com: (3,), site [m]; faces: (k, sides, 3) inward normals of the feet's pyramids.
+    Args:
+        contacts: (k, 3) in site [m].
+        faces: inward normals of the feet's pyramids, (k, sides, 3).
+        com: centre of mass, (3,) in site [m].
+
+    Returns:
+        A share of the weight; negative where every foot must bear it, and can't.
     """
     A, b = _balance(contacts, com)
     k = len(contacts)

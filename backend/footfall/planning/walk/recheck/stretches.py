@@ -129,7 +129,16 @@ def _sampled(
 
 
 def between(T_a: Array, T_b: Array, t: Array) -> Array:
-    """Poses (n, 4, 4) at shares t of the way: the origin on a straight line, the turn about one axis."""
+    """Poses on the way between two: the origin on a straight line, the turn about one axis.
+
+    Args:
+        T_a: where it begins, (4, 4).
+        T_b: where it ends, (4, 4).
+        t: shares of the way, (n,) 0…1.
+
+    Returns:
+        (n, 4, 4).
+    """
     Ts = np.tile(np.eye(4), (len(t), 1, 1))
     Ts[:, :3, :3] = Slerp([0.0, 1.0], Rotation.from_matrix([T_a[:3, :3], T_b[:3, :3]]))(t).as_matrix()
     Ts[:, :3, 3] = T_a[:3, 3] + t[:, None] * (T_b[:3, 3] - T_a[:3, 3])

@@ -114,7 +114,16 @@ def line_between(one: Array, other: Array) -> tuple[coal.Capsule, coal.Transform
 
 
 def apart_from(line: tuple[coal.Capsule, coal.Transform3s], shape: coal.BVHModelOBBRSS, T: Array) -> float:
-    """Distance of a line from a surface at a pose T (4, 4) [m], 0 where they meet."""
+    """Distance of a line from a surface.
+
+    Args:
+        line: a capsule and its pose.
+        shape: the surface, as the collision library has it.
+        T: pose of the surface, (4, 4).
+
+    Returns:
+        [m], 0 where they meet.
+    """
     request, found = coal.DistanceRequest(), coal.DistanceResult()
     pose = coal.Transform3s(np.ascontiguousarray(T[:3, :3]), np.ascontiguousarray(T[:3, 3]))
     return max(float(coal.distance(shape, pose, *line, request, found)), 0.0)
