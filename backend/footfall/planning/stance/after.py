@@ -18,11 +18,23 @@ from footfall.terrain.dem import Dem
 def state_after(
     robot: Robot, dem: Dem, state: RobotState, posture: Array, T_site_base: Array, after: str
 ) -> PredictedState:
-    """The rover at rest in the posture (legs × 6,) [rad] and chassis pose (4, 4) that a plan or sequence ends with.
+    """The rover at rest in what a plan or sequence ends with.
 
-    state: what that starts from; after: digest of the plan or sequence. Wheels stand where maps.standing says so;
-    forces are those of least norm inside friction, torques those that hold. Raises InvalidInput where no forces hold
-    the rover.
+    Wheels stand where maps.standing says so; forces are those of least norm inside friction, torques those that hold.
+
+    Args:
+        robot: the rover.
+        dem: the ground, in site.
+        state: what the plan starts from.
+        posture: that it ends with, (legs × 6,) [rad].
+        T_site_base: pose of the chassis that it ends with, (4, 4).
+        after: digest of the plan or sequence.
+
+    Returns:
+        The state.
+
+    Raises:
+        InvalidInput: no forces hold the rover.
     """
     down = standing(robot, dem, posture, T_site_base, robot.legs)
     feet = contacts(robot, dem, posture, T_site_base, down)

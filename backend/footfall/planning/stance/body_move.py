@@ -134,7 +134,18 @@ def _planned(
 def stance_of(
     robot: Robot, dem: Dem, state: RobotState, clearance: float, reach_out: float = 0.0
 ) -> StandingRover | No:
-    """The rover as it stands, or why it can't stand so. reach_out: ground seen so far beyond feet and chassis [m]."""
+    """The rover as it stands, or why it can't stand so.
+
+    Args:
+        robot: the rover.
+        dem: the ground, in site.
+        state: how the rover stands.
+        clearance: added to what the description asks for [m].
+        reach_out: ground is seen so far beyond feet and chassis [m].
+
+    Returns:
+        The rover over its ground, or the refusal.
+    """
     state = state_inside(robot, state)
     q = np.asarray(state.posture)
     outside = outside_in_words(robot, q)

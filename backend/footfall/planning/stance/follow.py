@@ -58,10 +58,18 @@ class Followed:
 
 
 def base_path(T_from: Array, T_to: Array, fractions: Array) -> Array:
-    """Chassis poses (n, 4, 4) at fractions 0…1 of the way: the origin on a straight line, the turn about one axis.
+    """Chassis poses between two: the origin on a straight line, the turn about one axis.
 
-    Translation and rotation are interpolated apart (slerp, constant rate), so the origin's path does not depend on
-    the turn. At 0 and 1 the two poses come back bit for bit.
+    Translation and rotation are interpolated apart (slerp, constant rate), so the origin's path does not depend on the
+    turn.
+
+    Args:
+        T_from: where it begins, (4, 4).
+        T_to: where it ends, (4, 4).
+        fractions: of the way, (n,) 0…1.
+
+    Returns:
+        (n, 4, 4); at 0 and 1 the two poses, bit for bit.
     """
     t = np.asarray(fractions, float)
     turn = Rotation.from_matrix(T_from[:3, :3].T @ T_to[:3, :3]).as_rotvec()
@@ -73,12 +81,20 @@ def base_path(T_from: Array, T_to: Array, fractions: Array) -> Array:
 
 
 def follow(robot: Robot, posture: Array, T_from: Array, T_to: Array, standing: Sequence[int]) -> Followed | Obstacle:
-    """Postures along :func:`base_path` with the wheels of the legs ``standing`` fixed; the other legs keep theirs.
-
-    posture: (legs × 6,) [rad] at T_from; T_from, T_to: (4, 4), T_site_base.
+    """Postures along :func:`base_path` with standing wheels fixed; the other legs keep theirs.
 
     Steps are as long as the standing wheels drift by no more than ``_AIM`` half way and no joint moves by more than
     ``LARGEST_STEP``. A step may reach over a singular posture of a wrist where that is so.
+
+    Args:
+        robot: the rover.
+        posture: where it begins, (legs × 6,) [rad].
+        T_from: pose of the chassis there, (4, 4).
+        T_to: pose of the chassis where it ends, (4, 4).
+        standing: numbers of the legs whose wheels are fixed.
+
+    Returns:
+        The postures, or what is in the way.
     """
     if np.array_equal(T_from, T_to):
         return Followed(np.tile(posture, (2, 1)), np.stack([T_from, T_to]))
@@ -107,9 +123,16 @@ def follow(robot: Robot, posture: Array, T_from: Array, T_to: Array, standing: S
 
 
 def shortfall(robot: Robot, leg: int, T_base_wheel: Array, back: bool) -> float:
-    """How much too far (or too near) the ankle is for thigh and shank [m]; at most 0 where the leg reaches.
+    """How much too far (or too near) the ankle is for thigh and shank.
 
-    back: the leg reaches back over its hip (shoulder 1).
+    Args:
+        robot: the rover.
+        leg: number of the leg, from 0.
+        T_base_wheel: pose of the wheel, (4, 4).
+        back: whether the leg reaches back over its hip (shoulder 1).
+
+    Returns:
+        [m]; at most 0 where the leg reaches.
     """
     return float(shortfalls(robot, leg, T_base_wheel[None], back)[0])
 
@@ -120,7 +143,16 @@ def unwrapped(q: Array, near: Array) -> Array:
 
 
 def reaches_back(robot: Robot, leg: int, q_leg: Array) -> bool:
-    """Whether the leg's ankle is on the far side of its hip-yaw axis (shoulder 1)."""
+    """Whether a leg's ankle is on the far side of its hip-yaw axis (shoulder 1).
+
+    Args:
+        robot: the rover.
+        leg: number of the leg, from 0.
+        q_leg: posture of the leg, (6,) [rad].
+
+    Returns:
+        True where it is.
+    """
     spec = robot.description.legs[leg]
     return bool(spec.hip_offset[0] + spec.thigh * math.cos(q_leg[1]) + spec.shank * math.cos(q_leg[1] + q_leg[2]) < 0)
 

@@ -26,10 +26,17 @@ def least(
     moved: Callable[[int, int], Array],
     far: float,
 ) -> tuple[float, int, int]:
-    """Least exact value, its row and column; (far, 0, −1) where all are at least far. See the module docstring.
+    """Least exact value of a table, of which bounds are known; see the module.
 
-    bounds, finer: (n, k), lower, finer where it says more; exact, moved: of a row and a column; moved: (n,) from that
-    row to every other.
+    Args:
+        bounds: lower bounds, (n, k).
+        finer: lower bounds, (n, k), that say more where they do.
+        exact: the value of a row and a column.
+        moved: of a row and a column, (n,): how far the value may differ in each row.
+        far: what is as large as this does not count.
+
+    Returns:
+        The value, its row and column; (far, 0, −1) where all are at least far.
     """
     if not finer.size or finer.min() >= far:
         return far, 0, -1

@@ -75,9 +75,20 @@ def recheck(
     settings: BodyMoveSettings,
     pulse: Callable[[], None] = lambda: None,
 ) -> list[MoveCheck]:
-    """Every check of a move; it is good if all hold.
+    """Every check of a move of the chassis; it is good if all hold.
 
-    waypoints: (n, legs × 6) [rad]; Ts_site_base: (n, 4, 4). feet: the contacts of the legs ``standing``.
+    Args:
+        robot: the rover.
+        waypoints: (n, legs × 6) [rad].
+        Ts_site_base: poses of the chassis, (n, 4, 4).
+        standing: numbers of the legs that stand.
+        feet: their contacts.
+        body: chassis and links over the ground.
+        settings: what is asked for.
+        pulse: called again and again meanwhile.
+
+    Returns:
+        The checks.
     """
     path = dense(waypoints, Ts_site_base)
     Ts_base_link = body.poses(path.postures)
@@ -95,9 +106,17 @@ def recheck(
 
 
 def coms_of(robot: Robot, posture: Array, postures: Array) -> Array:
-    """Centres of mass in base (n, 3) [m] of whole postures (n, legs × 6); rows with NaN give NaN.
+    """Centres of mass of whole postures.
 
     A leg's share does not depend on the other legs, so the changes that each makes to that of ``posture`` add up.
+
+    Args:
+        robot: the rover.
+        posture: any one, (legs × 6,) [rad].
+        postures: (n, legs × 6) [rad].
+
+    Returns:
+        (n, 3) in base [m]; rows with NaN give NaN.
     """
     own = center_of_mass(robot, posture)
     changes = [centers_of_mass(robot, posture, i, postures[:, 6 * i : 6 * i + 6]) - own for i in robot.legs]

@@ -28,9 +28,17 @@ def required(reserves: Array | float, wanted: float) -> Array:
 def reserves(
     robot: Robot, start: Array, goal: Array, standing: Sequence[int], settings: BodyMoveSettings
 ) -> Iterable[MoveCheck]:
-    """The checks of what the legs ``standing`` have left at the goal; none for a reserve of 0 that was asked for.
+    """The checks of what standing legs have left at the goal.
 
-    start, goal: postures (legs × 6,) [rad].
+    Args:
+        robot: the rover.
+        start: posture, (legs × 6,) [rad].
+        goal: posture, (legs × 6,) [rad].
+        standing: numbers of those legs.
+        settings: the reserves that are asked for.
+
+    Returns:
+        The checks; none for a reserve of 0 that was asked for.
     """
     legs = list(standing)
     if settings.reach_reserve > 0:

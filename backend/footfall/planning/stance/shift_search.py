@@ -60,8 +60,15 @@ def search(
 ) -> Ranked:
     """Search for the cheapest shift without violations.
 
-    short: shifts (n, 6) → sums of their violations (n,). scale: (6,), the cost is the norm of scale · shift.
-    bounds: (6,), largest size of each. starts: (k, 6), tried first. tick: called between rounds.
+    Args:
+        short: shifts (n, 6) → sums of their violations (n,).
+        scale: (6,), the cost is the norm of scale · shift.
+        bounds: largest size of each, (6,) [m, rad].
+        starts: tried first, (k, 6) [m, rad].
+        tick: called between rounds.
+
+    Returns:
+        Shifts that were tried, best first, with their violations and costs.
     """
     from scipy.stats.qmc import Halton  # scipy.stats takes half a second to load, and few processes search
 

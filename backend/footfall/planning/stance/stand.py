@@ -51,17 +51,30 @@ class _Stances:
 def stand(
     robot: Robot, dem: Dem, x: float = 0.0, y: float = 0.0, yaw: float = 0.0, posture: str = "stand"
 ) -> RobotState:
-    """The state of a rover that stands at (x, y) [m] with heading yaw [rad], chassis level.
+    """Stand a rover at (x, y) with heading yaw, its chassis level.
 
-    Seen from above, a wheel touches the ground where that of the named posture would, or at the nearest of
-    some places around it that the leg can reach; it stands upright on the local surface and heads radially
-    outward. Of the chassis heights at which every leg reaches the ground, the stance is taken that is free
-    of collisions, held by friction, and nearest to the posture: least change of height plus mean shift of the
-    wheels. Of a leg's inverse-kinematics solutions it is the one nearest to the posture. Wheel forces are
-    those of least norm inside friction, joint torques those that hold.
+    Seen from above, a wheel touches the ground where that of the named posture would, or at the nearest of some places
+    around it that the leg can reach; it stands upright on the local surface and heads radially outward. Of the chassis
+    heights at which every leg reaches the ground, the stance is taken that is free of collisions, held by friction, and
+    nearest to the posture: least change of height plus mean shift of the wheels. Of a leg's inverse-kinematics
+    solutions it is the one nearest to the posture. Wheel forces are those of least norm inside friction, joint torques
+    those that hold.
 
-    Raises InvalidInput where the ground under a wheel is unknown, a leg can't reach it, the rover would
-    collide, or no contact forces hold it; NotFound for an unknown posture.
+    Args:
+        robot: the rover.
+        dem: the ground, in site.
+        x: east, of the chassis' origin in site [m].
+        y: north, of the chassis' origin in site [m].
+        yaw: heading of the chassis in site [rad].
+        posture: name of the posture that the stance is to come near.
+
+    Returns:
+        The state of the rover at rest, at time 0.
+
+    Raises:
+        InvalidInput: the ground under a wheel is unknown, a leg can't reach it, the rover would collide, or no contact
+            forces hold it.
+        NotFound: the robot has no posture of that name.
     """
     if not np.isfinite([x, y, yaw]).all():
         raise InvalidInput("a place to stand needs finite x and y [m] and yaw [rad]", x=x, y=y, yaw=yaw)

@@ -25,9 +25,16 @@ _ROUNDING = 1e-4
 
 
 def ground_near_links(robot: Robot, dem: Dem, posture: ArrayLike, T_site_base: Array) -> Mesh:
-    """The triangles of the Dem for which :func:`posture_collisions` answers as for all of them.
+    """The triangles of the ground for which :func:`posture_collisions` answers as for all of them.
 
-    posture: (legs × 6,) [rad]; T_site_base: (4, 4).
+    Args:
+        robot: the rover.
+        dem: the ground, in site.
+        posture: joint angles, (legs × 6,) [rad].
+        T_site_base: pose of the chassis, (4, 4).
+
+    Returns:
+        Those triangles.
     """
     deltas = robot.description.clearances
     keep = max([*deltas.terrain.values(), deltas.chassis_terrain, 0.0]) + _ROUNDING

@@ -34,11 +34,18 @@ def astar(
     cell: float,
     largest_jump: float = 1.0,
 ) -> Array | None:
-    """Waypoints (n, d) of the shortest grid path, or None where the grid holds none.
+    """Waypoints of the shortest path over a grid of places.
 
-    postures: points (k, 3) [m] → configurations (k, branches, d), NaN where there is none. start, goal: (point (3,),
-    configuration (d,)), both free. cell [m]. largest_jump: a change of one coordinate above this between neighbours
-    is taken for a break of continuity [rad].
+    Args:
+        space: what is free.
+        postures: places (k, 3) [m] → configurations (k, branches, d), NaN where there is none.
+        start: place (3,) [m] and configuration (d,), free.
+        goal: the same, free.
+        cell: side of the grid's cells [m].
+        largest_jump: a change of one coordinate above this between neighbours is taken for a break of continuity [rad].
+
+    Returns:
+        (n, d), or None where the grid holds none.
     """
     origin, q_start = start
     target, q_goal = goal

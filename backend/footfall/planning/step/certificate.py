@@ -83,7 +83,20 @@ class Certificate:
 def body_tables(
     robot: Robot, posture: Array, T_site_base: Array, leg: int, normals: Array, offsets: Array, least_margin: float
 ) -> BodyTables:
-    """What decides, besides clearance, of one leg that moves while the rover else keeps its posture (legs × 6,)."""
+    """What decides, besides clearance, of one leg that moves while the rover else keeps its posture.
+
+    Args:
+        robot: the rover.
+        posture: joint angles, (legs × 6,) [rad].
+        T_site_base: pose of the chassis, (4, 4).
+        leg: number of the leg, from 0.
+        normals: (m, 2) outward, of the polygon that the centre of mass must stay in.
+        offsets: (m,) of its edges [m].
+        least_margin: to that polygon [m].
+
+    Returns:
+        The tables.
+    """
     own = slice(6 * leg, 6 * leg + 6)
     moments = np.zeros((PART_COUNT, 4))
     for i in range(6):

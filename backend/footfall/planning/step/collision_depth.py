@@ -32,9 +32,18 @@ class Met(NamedTuple):
 
 
 def worst(hits: list[Collision], robot: Robot, dem: Dem, posture: Array, T_site_base: Array, lift: float = 0.0) -> Met:
-    """Of what the rover collides with at a posture (legs × 6,) [rad], at least one, what misses most that is required.
+    """Of what the rover collides with, at least one thing, what misses most that is required.
 
-    lift: by how much the ground is raised [m].
+    Args:
+        hits: the collisions.
+        robot: the rover.
+        dem: the ground, in site.
+        posture: joint angles, (legs × 6,) [rad].
+        T_site_base: pose of the chassis, (4, 4).
+        lift: by how much the ground is raised [m].
+
+    Returns:
+        That collision, and how deep it is.
     """
     found = []
     for hit in hits:

@@ -113,9 +113,15 @@ class Space:
 
 
 def samples(a: Array, b: Array, step: float) -> Iterator[tuple[float, Array]]:
-    """Evenly spaced configurations from a to b (d,), both included, no joint changing by more than ``step`` [rad].
+    """Evenly spaced configurations from one to another, both included.
 
-    Of each: the fraction 0…1 of the way, and the configuration (d,).
+    Args:
+        a: the one, (d,) [rad].
+        b: the other, (d,) [rad].
+        step: no joint changes by more than this [rad].
+
+    Yields:
+        The fraction 0…1 of the way, and the configuration (d,).
     """
     count = max(1, int(np.ceil(largest_change(a, b) / step)))
     for i in range(count + 1):

@@ -55,11 +55,18 @@ class Escape:
 
 
 def find_escape(situation: Situation, q: Array, pulse: Callable[[], None] = lambda: None) -> Escape:
-    """Out of a leg posture q (6,) inside its limits that the situation forbids on the ground as it is.
+    """Find the smallest move out of a leg posture that the situation forbids on the ground as it is.
 
     The changes are the smallest that were found, by their largest joint: among single joints, which are all looked at,
     and among seeded directions and others beside the best of these. A smaller change of several joints may exist.
-    pulse: called at every posture that is looked at.
+
+    Args:
+        situation: what the leg may do.
+        q: its posture, inside its limits, (6,) [rad].
+        pulse: called at every posture that is looked at.
+
+    Returns:
+        How far up, the turn of one joint, and that of several; None for what was not found.
     """
 
     def is_free(q: Array) -> bool:

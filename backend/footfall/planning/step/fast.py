@@ -31,9 +31,21 @@ _ESCAPES = np.repeat((0.02, 0.05, 0.1, 0.2, 0.4), 20)
 def fast(
     space: Space, certificate: Certificate, start: Array, goal: Array, *, radius: float, milestones: int, seed: int
 ) -> Array | str:
-    """Waypoints (n, 6) over raised ground, shortened, or why there are none; start and goal must be free.
+    """Waypoints over raised ground, shortened.
 
     The same arguments give the same waypoints in any process.
+
+    Args:
+        space: what is free.
+        certificate: proofs that it is.
+        start: (6,) [rad], free.
+        goal: (6,) [rad], free.
+        radius: of a step of the trees, at most [rad].
+        milestones: configurations that they have room for.
+        seed: of what is drawn.
+
+    Returns:
+        (n, 6) [rad], or why there are none.
     """
     rng = np.random.Generator(np.random.PCG64(seed))
     ends = []
@@ -78,9 +90,19 @@ def searched(
     radius: float,
     milestones: int,
 ) -> Trees | None:
-    """The trees of a start and a goal (6,), both sure, once they are joined; None where they could not be.
+    """The trees of a start and a goal, once they are joined.
 
-    radius: of a step of the trees, at most [rad]. milestones: configurations that they have room for.
+    Args:
+        space: what is free.
+        certificate: proofs that it is.
+        start: (6,) [rad], sure.
+        goal: (6,) [rad], sure.
+        rng: what draws.
+        radius: of a step of the trees, at most [rad].
+        milestones: configurations that they have room for.
+
+    Returns:
+        The trees; None where they could not be joined.
     """
     trees = planted(start, goal, milestones)
     outcome = GROWING
@@ -93,7 +115,16 @@ def searched(
 
 
 def escaped(space: Space, q: Array, rng: np.random.Generator) -> Array | None:
-    """The posture (6,) itself where it is sure, or a sure one beside it that a free edge joins to it; else None."""
+    """The posture itself where it is sure, or a sure one beside it that a free edge joins to it.
+
+    Args:
+        space: what is free.
+        q: the posture, (6,) [rad].
+        rng: what draws.
+
+    Returns:
+        (6,) [rad]; None where there is no such one.
+    """
     if space.is_sure(q):
         return q
     for reach in _ESCAPES:

@@ -107,7 +107,16 @@ def standing_feet(stance: LegStance) -> Contacts:
 
 
 def standing_legs(stance: LegStance, feet: Contacts, friction: float) -> StandingLegs:
-    """What the legs that stay on ``feet`` put into the programs of torque."""
+    """What the legs that stay put into the programs of torque.
+
+    Args:
+        stance: who stands where.
+        feet: their contacts.
+        friction: coefficient between feet and ground.
+
+    Returns:
+        Their share.
+    """
     robot, state, leg = stance.robot, stance.state, stance.leg
     return _standing.get(
         (stance.content, friction),

@@ -63,7 +63,17 @@ class Nearby:
 
 
 def footfall_contact(robot: Robot, dem: Dem, x: float, y: float) -> Contact | GroundRefused:
-    """The contact under (x, y) [m] if all the ground in a disc of a wheel's radius is known."""
+    """The contact at a place, if all the ground in a disc of a wheel's radius is known.
+
+    Args:
+        robot: the rover.
+        dem: the ground, in site.
+        x: east, in site [m].
+        y: north, in site [m].
+
+    Returns:
+        The contact, or why there is no footfall.
+    """
     west, south, east, north = dem.geometry.bounds
     spans = f"the map spans x {west:z.2f}…{east:z.2f} m, y {south:z.2f}…{north:z.2f} m"
     if not (west <= x <= east and south <= y <= north):
@@ -103,9 +113,16 @@ def _unknown_in_disc(dem: Dem, x: float, y: float, radius: float) -> float:
 
 
 def nearby(dem: Dem, center_xy: Array, radius: float, contacts: Array) -> Nearby | GroundRefused:
-    """The ground within ``radius`` [m] of a place, holes filled as terrain.unseen says.
+    """The ground around a place, holes filled as terrain.unseen says.
 
-    contacts: (k, 3) where wheels stand, site [m].
+    Args:
+        dem: the ground, in site.
+        center_xy: (2,) in site [m].
+        radius: how far around [m].
+        contacts: where wheels stand, (k, 3) in site [m].
+
+    Returns:
+        That ground, or why there is none.
     """
     whole = without_holes(dem, center_xy, radius, contacts)
     if whole is None:

@@ -28,7 +28,17 @@ LEAST_SHIFT = 0.01
 
 
 def worst_held(stance: LegStance, feet: Contacts, friction: float, qs: Array) -> tuple[int, TorqueCheck]:
-    """Where along postures of the leg (n, 6) the torques are worst, and what the standing wheels can do there."""
+    """Where along postures of the leg the torques are worst, and what the standing wheels can do there.
+
+    Args:
+        stance: who stands where.
+        feet: contacts of the standing legs.
+        friction: coefficient between feet and ground.
+        qs: postures of the leg, (n, 6) [rad].
+
+    Returns:
+        The row, and the check there.
+    """
     at, _ = standing_legs(stance, feet, friction).worst(qs)
     # that one once more, by the check of single postures, which names the joint
     robot, state, others = stance.robot, stance.state, stance.others
@@ -42,7 +52,16 @@ def spare_torque(check: TorqueCheck) -> float:
 
 
 def unheld_lift(stance: LegStance, friction: float, up: Array) -> tuple[str, Check] | None:
-    """Why the other wheels can't hold the rover while the leg goes up (n, 6), with what to try; None where they can."""
+    """Why the other wheels can't hold the rover while the leg goes up, with what to try.
+
+    Args:
+        stance: who stands where.
+        friction: coefficient between feet and ground.
+        up: postures of the leg, (n, 6) [rad].
+
+    Returns:
+        Words and the check; None where they can.
+    """
     feet = standing_feet(stance)
     if _hold(stance, feet, friction, up):
         return None
@@ -57,7 +76,16 @@ def unheld_lift(stance: LegStance, friction: float, up: Array) -> tuple[str, Che
 
 
 def unheld(stance: LegStance, friction: float, qs: Array) -> str:
-    """What the standing wheels lack while the leg is at postures (n, 6), none on the ground; empty where nothing."""
+    """What the standing wheels lack while the leg is at postures, none of them on the ground.
+
+    Args:
+        stance: who stands where.
+        friction: coefficient between feet and ground.
+        qs: postures of the leg, (n, 6) [rad].
+
+    Returns:
+        One sentence; empty where nothing is lacking.
+    """
     feet = standing_feet(stance)
     if _hold(stance, feet, friction, qs):
         return ""

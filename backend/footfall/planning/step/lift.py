@@ -27,12 +27,30 @@ _FIRST_PARTS, _MOST_PARTS = 8, 64
 
 
 def branch_of(robot: Robot, leg: int, q: Array) -> int:
-    """Id of the branch that a leg posture q (6,) belongs to."""
+    """Id of the branch that a leg posture belongs to.
+
+    Args:
+        robot: the rover.
+        leg: number of the leg, from 0.
+        q: the posture, (6,) [rad].
+
+    Returns:
+        The id.
+    """
     return nearest_branch(solve_leg(robot, leg, leg_wheel_pose(robot, q, leg)[None]).q[0], np.asarray(q, float))
 
 
 def raised_poses(T_site_base: Array, T_base_wheel: Array, heights: Array) -> Array:
-    """Wheel poses (n, 4, 4) in base, lifted along the site's vertical by each height [m], orientation kept."""
+    """Wheel poses lifted along the site's vertical, orientation kept.
+
+    Args:
+        T_site_base: pose of the chassis, (4, 4).
+        T_base_wheel: pose of the wheel at the bottom, (4, 4).
+        heights: (n,) [m].
+
+    Returns:
+        (n, 4, 4) in base.
+    """
     Ts = np.empty((len(heights), 4, 4))
     Ts[:] = T_base_wheel
     up_base = inverse(T_site_base)[:3, 2]
@@ -41,22 +59,41 @@ def raised_poses(T_site_base: Array, T_base_wheel: Array, heights: Array) -> Arr
 
 
 def leaned(robot: Robot, leg: int, Ts_base_wheel: Array, share: Array) -> Array:
-    """Wheel poses (n, 4, 4) leaned towards the plane of the leg by a share (n,) of 0…1 each.
+    """Wheel poses leaned towards the plane of the leg; their centres stay.
 
-    The centres stay. At share 1 the wheel's x lies in the vertical plane through hip axis and ankle, where the wrist
-    can pass its straight (singular) position without turning; how far that leans the wheel is the part of its tilt
-    that points out of the plane, a few degrees on walkable ground.
+    At share 1 the wheel's x lies in the vertical plane through hip axis and ankle, where the wrist can pass its
+    straight (singular) position without turning; how far that leans the wheel is the part of its tilt that points out
+    of the plane, a few degrees on walkable ground.
+
+    Args:
+        robot: the rover.
+        leg: number of the leg, from 0.
+        Ts_base_wheel: poses of the wheel, (n, 4, 4).
+        share: of each, (n,) 0…1.
+
+    Returns:
+        (n, 4, 4).
     """
     spec = robot.description.legs[leg]
     return lean_each(np.ascontiguousarray(Ts_base_wheel, float), share, spec.T_base_hip, spec.foot)
 
 
 def vertical(robot: Robot, leg: int, T_site_base: Array, q_bottom: Array, height: float) -> Array | str:
-    """Leg postures (n, 6) from ``q_bottom`` to ``height`` [m] straight above it, or what prevents it.
+    """Leg postures from one to a height straight above it.
 
-    So many that the straight joint-space moves between them keep the wheel centre on the line within
-    ``STRAIGHT``. The first is ``q_bottom`` itself, bit for bit. The wheel keeps its orientation; where that is
-    impossible, it leans into the leg's plane (see :func:`leaned`) over the first ``LEANING`` and stays so.
+    So many that the straight joint-space moves between them keep the wheel centre on the line within ``STRAIGHT``. The
+    wheel keeps its orientation; where that is impossible, it leans into the leg's plane (see :func:`leaned`) over the
+    first ``LEANING`` and stays so.
+
+    Args:
+        robot: the rover.
+        leg: number of the leg, from 0.
+        T_site_base: pose of the chassis, (4, 4).
+        q_bottom: where it begins, (6,) [rad].
+        height: how far up it goes [m].
+
+    Returns:
+        (n, 6) [rad], the first ``q_bottom`` itself, bit for bit; or what prevents it.
     """
     kept = _vertical(robot, leg, T_site_base, q_bottom, height, lean=False)
     if not isinstance(kept, str):

@@ -6,5 +6,14 @@ from footfall.planning.step.edges import Array, Space
 
 
 def line(space: Space, start: Array, goal: Array) -> Array | None:
-    """Waypoints (2, d) if the straight joint-space edge is free, else None. start and goal must be free."""
+    """Waypoints of the straight joint-space edge.
+
+    Args:
+        space: what is free.
+        start: (d,), free.
+        goal: (d,), free.
+
+    Returns:
+        (2, d) where the edge is free, else None.
+    """
     return np.array([start, goal]) if space.edge_is_free(start, goal) else None

@@ -26,10 +26,18 @@ _WINDS = ("east", "north-east", "north", "north-west", "west", "south-west", "so
 
 
 def nearest_place(robot: Robot, dem: Dem, x: float, y: float, green: Sequence[Place] = ()) -> NearestPlace | None:
-    """The nearest good place to (x, y) [m], None where there is none near.
+    """The nearest good place to a place.
 
-    green: places that maps say are good, nearest first: the first whose ground passes is taken. Where none does, the
-    middle of a cell of known ground is.
+    Args:
+        robot: the rover.
+        dem: the ground, in site.
+        x: east, in site [m].
+        y: north, in site [m].
+        green: places (x, y) that maps say are good, nearest first [m]: the first whose ground passes is taken. Where
+            none does, the middle of a cell of known ground is.
+
+    Returns:
+        That place; None where there is none near.
     """
     for of, places in (("maps", iter(green)), ("ground", _known(dem, x, y, robot.wheel_radius))):
         for _, place in zip(range(MOST_LOOKS), places, strict=False):
@@ -39,7 +47,16 @@ def nearest_place(robot: Robot, dem: Dem, x: float, y: float, green: Sequence[Pl
 
 
 def place_in_words(x: float, y: float, found: NearestPlace) -> str:
-    """How far, which way and where the place is, for a sentence."""
+    """How far, which way and where a place is, for a sentence.
+
+    Args:
+        x: east, of where one looks from in site [m].
+        y: north, of where one looks from in site [m].
+        found: the place.
+
+    Returns:
+        The words.
+    """
     wind = _WINDS[round(math.atan2(found.y - y, found.x - x) / (math.pi / 4)) % 8]
     good = "green in the maps" if found.of == "maps" else "known ground"
     return f"the nearest good place ({good}) is {found.away:z.3f} m to the {wind}, at ({found.x:z.3f}, {found.y:z.3f})"

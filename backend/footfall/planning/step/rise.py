@@ -22,12 +22,30 @@ def space_of(situation: Situation, watch: Watch, terrain: str) -> Space:
 
 
 def rises(situation: Situation, watch: Watch, up: Array) -> bool:
-    """Whether a vertical move (n, 6) is free, and its upper end as the start of a swing."""
+    """Whether a vertical move is free, and its upper end as the start of a swing.
+
+    Args:
+        situation: what the leg may do.
+        watch: progress and time limit.
+        up: postures of the leg, (n, 6) [rad].
+
+    Returns:
+        True where both are.
+    """
     return space_of(situation, watch, TRUE).path_is_free(up) and space_of(situation, watch, RAISED).is_free(up[-1])
 
 
 def blocked_rise(situation: Situation, watch: Watch, up: Array) -> str:
-    """What forbids a vertical move (n, 6) that does not pass, with its height."""
+    """What forbids a vertical move that does not pass, with its height.
+
+    Args:
+        situation: what the leg may do.
+        watch: progress and time limit.
+        up: postures of the leg, (n, 6) [rad].
+
+    Returns:
+        One sentence.
+    """
     space = space_of(situation, watch, TRUE)
     height = situation.settings.lift / (len(up) - 1)
     for i, q in enumerate(up):

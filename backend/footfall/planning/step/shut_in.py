@@ -26,7 +26,16 @@ _ROUNDING = 1e-6
 
 
 def shut_in(situation: Situation, start: Array, goals: Sequence[Array]) -> str:
-    """What bars every way from start to the goals, postures (6,), in words; empty where nothing bars one of them."""
+    """What bars every way from a start to goals.
+
+    Args:
+        situation: what the leg may do.
+        start: posture of the leg, (6,) [rad].
+        goals: postures of the leg, (6,) each [rad].
+
+    Returns:
+        Words; empty where nothing bars one of them.
+    """
     told, links = [], _UpperLinks(situation, start)
     for goal in goals:
         step = LOOKS if goal[0] > start[0] else -LOOKS

@@ -19,9 +19,15 @@ MOST_WAYPOINTS = 48
 
 
 def smooth(space: Space, path: Array, least_gain: float = LEAST_GAIN) -> Array:
-    """Shorter waypoints (n, d) with the same ends, every edge free at the space's ε.
+    """Shorter waypoints with the same ends, every edge free at the space's ε.
 
-    Rounds go on until one shortens the path by less than ``least_gain`` of its length.
+    Args:
+        space: what is free.
+        path: waypoints, (n, d).
+        least_gain: rounds go on until one shortens the path by less than this share of its length.
+
+    Returns:
+        (m, d).
     """
     if len(path) == 2:
         return _thinned(path)
@@ -73,11 +79,18 @@ def bisected(path: Array) -> Array:
 
 
 def shortest(space: Space, path: Array, seen: dict[tuple[bytes, bytes], bool]) -> Array:
-    """Shortest route over the waypoints from the first to the last, all pairs being candidates.
+    """Shortest route over waypoints from the first to the last, all pairs being candidates.
 
-    Dijkstra (1959) with the straight-line distance to the goal as bound, which never exceeds what is
-    left, so the route is the shortest. An edge is tested when its end is taken from the queue, so most
-    are never tested. ``seen`` remembers tested edges.
+    Dijkstra (1959) with the straight-line distance to the goal as bound, which never exceeds what is left, so the route
+    is the shortest. An edge is tested when its end is taken from the queue, so most are never tested.
+
+    Args:
+        space: what is free.
+        path: waypoints, (n, d).
+        seen: remembers tested edges.
+
+    Returns:
+        (m, d).
     """
     goal = len(path) - 1
     distance = np.linalg.norm(path[:, None] - path[None, :], axis=2)

@@ -31,13 +31,31 @@ FAR = 0.5
 
 
 def part_poses(robot: Robot, leg: int, qs: Array) -> dict[str, Array]:
-    """For each part T_base_link (n, 4, 4) of a leg at joint angles (n, 6) [rad]."""
+    """Poses of a leg's parts, by part.
+
+    Args:
+        robot: the rover.
+        leg: number of the leg, from 0.
+        qs: postures of the leg, (n, 6) [rad].
+
+    Returns:
+        For each part T_base_link, (n, 4, 4).
+    """
     poses = leg_poses(robot, leg, qs)
     return {part: poses[:, i] for i, part in enumerate(PARTS)}
 
 
 def leg_poses(robot: Robot, leg: int, qs: Array) -> Array:
-    """T_base_link (n, 7, 4, 4) of a leg's parts at joint angles (n, 6) [rad]."""
+    """Poses of a leg's parts.
+
+    Args:
+        robot: the rover.
+        leg: number of the leg, from 0.
+        qs: postures of the leg, (n, 6) [rad].
+
+    Returns:
+        T_base_link, (n, 7, 4, 4).
+    """
     return chain_poses(*leg_chain(robot, leg), np.ascontiguousarray(qs, float))
 
 
@@ -189,14 +207,36 @@ def _pose(T: Array) -> coal.Transform3s:
 
 
 def touch(a: coal.BVHModelOBBRSS, T_a: Array, b: coal.BVHModelOBBRSS, T_b: Array, margin: float) -> bool:
-    """Whether two solids at poses (4, 4) are no farther apart than a margin [m]."""
+    """Whether two solids are no farther apart than a margin.
+
+    Args:
+        a: the one, as the collision library has it.
+        T_a: its pose, (4, 4).
+        b: the other.
+        T_b: its pose, (4, 4).
+        margin: how far apart counts [m].
+
+    Returns:
+        True where they are not.
+    """
     request = coal.CollisionRequest()
     request.security_margin = margin
     return coal.collide(a, _pose(T_a), b, _pose(T_b), request, coal.CollisionResult()) > 0
 
 
 def distance(a: coal.BVHModelOBBRSS, T_a: Array, b: coal.BVHModelOBBRSS, T_b: Array, below: float) -> float:
-    """Distance of two solids at poses (4, 4) where it is less than ``below`` [m]; else one not less than that."""
+    """Distance of two solids where it is small.
+
+    Args:
+        a: the one, as the collision library has it.
+        T_a: its pose, (4, 4).
+        b: the other.
+        T_b: its pose, (4, 4).
+        below: how small counts [m].
+
+    Returns:
+        The distance where it is less than that, else one not less than that [m].
+    """
     known = coal.DistanceResult()
     known.min_distance = max(below, 0.0)
     found = coal.distance(a, _pose(T_a), b, _pose(T_b), _DISTANCE, known)
@@ -206,9 +246,20 @@ def distance(a: coal.BVHModelOBBRSS, T_a: Array, b: coal.BVHModelOBBRSS, T_b: Ar
 def measured(
     a: coal.BVHModelOBBRSS, T_a: Array, b: coal.BVHModelOBBRSS, T_b: Array, delta: float, bound: float, below: float
 ) -> float:
-    """Distance of two solids at poses (4, 4) beyond δ where it is less than ``below`` [m]; else one not less than that.
+    """Distance of two solids beyond what they must keep, where it is small.
 
-    bound: a lower bound of it. Of convex solids it is nearly the distance, and little is left to look at.
+    Args:
+        a: the one, as the collision library has it.
+        T_a: its pose, (4, 4).
+        b: the other.
+        T_b: its pose, (4, 4).
+        delta: δ, what they must keep [m].
+        bound: a lower bound of the answer [m]; of convex solids it is nearly the distance, and little is left to look
+            at.
+        below: how small counts [m].
+
+    Returns:
+        That distance where it is less than ``below``, else one not less than that [m].
     """
     near = min(bound + _NEARLY, below)
     spare = distance(a, T_a, b, T_b, near + delta) - delta

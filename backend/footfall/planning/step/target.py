@@ -35,17 +35,26 @@ class Candidate:
 def candidates(
     robot: Robot, leg: int, contact: Contact, T_site_base: Array, q_start: Array, branch: int
 ) -> list[Candidate]:
-    """All postures inside the limits, with the wheel upright on the local ground or leaning into the leg's plane.
-
-    T_site_base: (4, 4); q_start: (6,) [rad], on ``branch`` of the inverse kinematics.
+    """All postures on a contact inside the limits, the wheel upright on the local ground or leaning.
 
     A wheel that is upright to ground sloping across the leg's plane can't pass the straight wrist while it is lowered;
-    one that leans a few degrees can (see lift.py). Both touch the same point. Those on the start's branch come first;
-    within that, those whose largest joint change from the start plus a little for turn and lean is least. A wheel
-    turned by half a turn touches the same; both are tried. A straight wrist joins two branches, so wrists don't count.
-    All have their wheel on the same contact and keep every clearance, or are refused; among those a short motion is
-    worth more to whoever watches the rover than a few centimetres of room, and it is quicker and costs less torque.
-    Where the wheel can't stand upright there are none, lean or not: the reach map says so too.
+    one that leans a few degrees into that plane can (see lift.py). Both touch the same point. Those on the start's
+    branch come first; within that, those whose largest joint change from the start plus a little for turn and lean is
+    least. A wheel turned by half a turn touches the same; both are tried. A straight wrist joins two branches, so
+    wrists don't count. All have their wheel on the same contact and keep every clearance, or are refused; among those a
+    short motion is worth more to whoever watches the rover than a few centimetres of room, and it is quicker and costs
+    less torque. Where the wheel can't stand upright there are none, lean or not: the reach map says so too.
+
+    Args:
+        robot: the rover.
+        leg: number of the leg, from 0.
+        contact: where the wheel is to touch.
+        T_site_base: pose of the chassis, (4, 4).
+        q_start: posture of the leg now, (6,) [rad].
+        branch: of the inverse kinematics that it is on.
+
+    Returns:
+        The postures, best first.
     """
     turns = np.concatenate([HEADINGS, HEADINGS])
     upright = upright_poses(robot, leg, contact, T_site_base)
@@ -67,7 +76,17 @@ def candidates(
 
 
 def upright_poses(robot: Robot, leg: int, contact: Contact, T_site_base: Array) -> Array:
-    """Poses in base (2 · HEADINGS, 4, 4) of a wheel upright on the local ground: every heading, and half a turn on."""
+    """Poses of a wheel upright on the local ground: every heading, and half a turn on.
+
+    Args:
+        robot: the rover.
+        leg: number of the leg, from 0.
+        contact: where the wheel touches.
+        T_site_base: pose of the chassis, (4, 4).
+
+    Returns:
+        (2 · HEADINGS, 4, 4) in base.
+    """
     turns = np.concatenate([HEADINGS, HEADINGS]) + np.repeat([0.0, np.pi], len(HEADINGS))
     headings = leg_azimuth(robot, leg, T_site_base) + turns
     return wheel_pose_for_contact(robot, contact.point, contact.normal, headings, T_site_base)

@@ -29,11 +29,21 @@ def require_points(through: Sequence[Point]) -> tuple[Point, ...]:
 def via_postures(
     situation: Situation, space: Space, through: Sequence[Point], q_start: Array, q_goal: Array
 ) -> list[Array] | str:
-    """A posture (6,) for each point, site [m], allowed during a swing from q_start to q_goal; or what forbids one.
+    """A posture for each point that is allowed during a swing.
 
     The wheel keeps the tilt that it has at the start, leaned into the leg's plane or not, and may turn about the
     vertical. Of the postures that are allowed the one is taken from which the largest joint changes back to the point
     before and on to the goal are least.
+
+    Args:
+        situation: what the leg may do.
+        space: what is free during the swing.
+        through: points (x, y, z) in site that the wheel's centre passes, in order [m].
+        q_start: posture where the swing begins, (6,) [rad].
+        q_goal: posture where it ends, (6,) [rad].
+
+    Returns:
+        Postures (6,) [rad], or what forbids one.
     """
     found: list[Array] = []
     before = q_start

@@ -10,7 +10,16 @@ from footfall.robot.model import Robot
 
 
 def unreached(robot: Robot, leg: int, Ts_base_wheel: Array) -> str:
-    """What keeps the leg from every one of some wheel poses (n, 4, 4), of the pose that it gets nearest to."""
+    """What keeps the leg from every one of some wheel poses, of the pose that it gets nearest to.
+
+    Args:
+        robot: the rover.
+        leg: number of the leg, from 0.
+        Ts_base_wheel: (n, 4, 4).
+
+    Returns:
+        One sentence.
+    """
     q = solve_leg(robot, leg, Ts_base_wheel).q.reshape(-1, 6)
     q = q[np.isfinite(q).all(axis=1)]
     if not len(q):
@@ -24,9 +33,16 @@ def unreached(robot: Robot, leg: int, Ts_base_wheel: Array) -> str:
 
 
 def shortfalls(robot: Robot, leg: int, Ts_base_wheel: Array, back: bool) -> Array:
-    """How much too far (or too near) the ankle is for thigh and shank, (n,) [m]; at most 0 where the leg reaches.
+    """How much too far (or too near) the ankle is for thigh and shank.
 
-    Ts_base_wheel: (n, 4, 4). back: the leg reaches back over its hip (shoulder 1).
+    Args:
+        robot: the rover.
+        leg: number of the leg, from 0.
+        Ts_base_wheel: poses of the wheel, (n, 4, 4).
+        back: whether the leg reaches back over its hip (shoulder 1).
+
+    Returns:
+        (n,) [m]; at most 0 where the leg reaches.
     """
     spec = robot.description.legs[leg]
     ankles = apply(inverse(spec.T_base_hip), Ts_base_wheel[:, :3, 3] - spec.foot * Ts_base_wheel[:, :3, 0])

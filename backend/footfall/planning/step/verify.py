@@ -79,11 +79,21 @@ def recheck(
     phases: tuple[str, ...],
     pulse: Callable[[], None] = lambda: None,
 ) -> tuple[Check, ...]:
-    """Every check of a path of whole postures (n, legs × 6); phases: (n,), of the motion that ends there.
+    """Every check of a path of whole postures; the plan is good if all hold.
 
     Of the situation only what was asked is used (robot, state, leg, ground, settings, the feet that stand and their
-    polygon), and the certificate of clearances, which is proven. The plan is good if all hold. The margins of the
-    clearances are exact distances at the waypoints, beyond δ; between waypoints it is only asked whether δ is kept.
+    polygon), and the certificate of clearances, which is proven. The margins of the clearances are exact distances at
+    the waypoints, beyond δ; between waypoints it is only asked whether δ is kept.
+
+    Args:
+        situation: what was asked.
+        dem: the ground with its holes, in site.
+        waypoints: (n, legs × 6) [rad].
+        phases: (n,), of the motion that ends there.
+        pulse: called again and again meanwhile.
+
+    Returns:
+        The checks.
     """
     robot, state, leg, settings = situation.robot, situation.state, situation.leg, situation.settings
     q_path = waypoints[:, 6 * leg : 6 * leg + 6]

@@ -32,27 +32,69 @@ class _Edges(ob.MotionValidator):
 
 
 def sbl(space: Space, start: Array, goal: Array, *, radius: float, milestones: int, seed: int) -> Array | None:
-    """Waypoints (n, d) found by :class:`~footfall.planning.step.sbl.SBL`, or None."""
+    """Waypoints found by :class:`~footfall.planning.step.sbl.SBL`.
+
+    Args:
+        space: what is free.
+        start: (d,) [rad], free.
+        goal: (d,) [rad], free.
+        radius: of a step of the trees, at most [rad].
+        milestones: how many, at most.
+        seed: of what is drawn.
+
+    Returns:
+        (n, d) [rad], or None.
+    """
     return _solve(space, start, goal, lambda si: SBL(si, radius, milestones, space.epsilon, seed))
 
 
 def rrtconnect(space: Space, start: Array, goal: Array, *, radius: float, milestones: int, seed: int) -> Array | None:
-    """Waypoints (n, d) found by OMPL's RRTConnect, or None.
+    """Waypoints found by OMPL's RRTConnect.
 
-    ``radius`` is its range; ``milestones`` bounds its iterations.
+    Args:
+        space: what is free.
+        start: (d,) [rad], free.
+        goal: (d,) [rad], free.
+        radius: its range [rad].
+        milestones: bounds its iterations.
+        seed: of what is drawn.
+
+    Returns:
+        (n, d) [rad], or None.
     """
     return _solve(space, start, goal, lambda si: _ranged(og.RRTConnect(si), radius), milestones, seed)
 
 
 def kpiece(space: Space, start: Array, goal: Array, *, radius: float, milestones: int, seed: int) -> Array | None:
-    """Waypoints (n, d) found by KPIECE1, or None: it grows one tree; twenty of its iterations count as one."""
+    """Waypoints found by KPIECE1, which grows one tree.
+
+    Args:
+        space: what is free.
+        start: (d,) [rad], free.
+        goal: (d,) [rad], free.
+        radius: its range [rad].
+        milestones: twenty of its iterations count as one.
+        seed: of what is drawn.
+
+    Returns:
+        (n, d) [rad], or None.
+    """
     return _solve(space, start, goal, lambda si: _ranged(og.KPIECE1(si), radius), 20 * milestones, seed)
 
 
 def bitstar(space: Space, start: Array, goal: Array, *, radius: float, milestones: int, seed: int) -> Array | None:
-    """Waypoints (n, d) found by BIT*, or None: it stops at its first path.
+    """Waypoints found by BIT*, which stops at its first path.
 
-    It connects over any distance, so ``radius`` is not used.
+    Args:
+        space: what is free.
+        start: (d,) [rad], free.
+        goal: (d,) [rad], free.
+        radius: not used: it connects over any distance.
+        milestones: bounds its iterations.
+        seed: of what is drawn.
+
+    Returns:
+        (n, d) [rad], or None.
     """
 
     def make(si: Any) -> Any:
