@@ -13,24 +13,7 @@ import footfall
 from footfall.core import errors
 
 BACKEND = Path(__file__).resolve().parents[2] / "backend" / "footfall"
-COMPLETE = (
-    "core",
-    "telemetry",
-    "robot",
-    "balance",
-    "terrain",
-    "maps",
-    "sequence",
-    "planning/execution",
-    "planning/gait",
-    "planning/route",
-    "planning/legged",
-    "planning/compliance",
-    "planning/walk",
-    "planning/walk_execution",
-    "planning/choice",
-    "planning/scene",
-)
+COMPLETE = ("core", "telemetry", "robot", "balance", "terrain", "maps", "planning", "sequence")
 """Packages whose public functions of numbers, with three parameters or more, have sections too."""
 NUMBERS = ("Array", "Image", "float")
 """What is in the types of arguments that have shapes or units."""
