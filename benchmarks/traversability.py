@@ -7,6 +7,7 @@ rectangles of 1.2 × 0.9 m unknown altogether.
 
 import tracemalloc
 from collections.abc import Iterator
+from dataclasses import replace
 from typing import Any
 
 import numba
@@ -22,7 +23,7 @@ from footfall.maps.quality import LegSituation, quality
 from footfall.maps.quality_settings import RAMPS, QualitySettings
 from footfall.maps.reach_classes import FREE
 from footfall.maps.suggest import explain, suggest
-from footfall.maps.traversability import Traversability, traversability, window_cells
+from footfall.maps.traversability import Traversability, traversability, updated_traversability, window_cells
 from footfall.terrain.dem import Dem
 from footfall.terrain.generate import fractal
 
@@ -39,6 +40,7 @@ def figures(quick: bool) -> Iterator[Figure]:
     dem = ground(SIDE)
     yield Figure("maps.traversability_1024", seconds(lambda: traversability(dem, SETTINGS), n), "s", 0.15)
     yield from _threads(dem, n)
+    yield _again(dem, n)
     yield paired(
         "maps.traversability_1024_over_scipy",
         lambda: traversability(dem, SETTINGS),
@@ -59,6 +61,19 @@ def ground(side: int) -> Dem:
         heights[row : row + 40, col : col + 30] = np.nan
     geometry = GridGeometry(0.0, 0.0, RESOLUTION, *heights.shape)
     return Dem(heights, geometry, "fractal with holes", Provenance({}, seed=SEED))
+
+
+def _again(dem: Dem, n: int) -> Figure:
+    """A newer map in which 1 % of the cells changed, in one square: whole, over only what changed."""
+    before, heights = traversability(dem, SETTINGS), dem.heights.copy()
+    heights[500:602, 300:402] += 0.1
+    newer = replace(dem, heights=heights)
+    return paired(
+        "maps.traversability_whole_over_changed",
+        lambda: traversability(newer, SETTINGS),
+        lambda: updated_traversability(newer, SETTINGS, before, dem.heights),
+        n,
+    )
 
 
 def _threads(dem: Dem, n: int) -> Iterator[Figure]:

@@ -9,9 +9,10 @@ import pytest
 
 from footfall.core.grid import GridGeometry
 from footfall.core.value import Provenance
+from footfall.maps import traversability as fitting
 from footfall.maps.layers import MapSettings
 from footfall.maps.plane_fit import TILE_COLS, TILE_ROWS
-from footfall.maps.traversability import LEAST_CERTAINTY, WIDEST, traversability
+from footfall.maps.traversability import LEAST_CERTAINTY, WIDEST, traversability, updated_traversability
 from footfall.terrain.dem import Dem
 
 LAYERS = ("slope", "roughness", "step", "goodness", "certainty")
@@ -153,3 +154,38 @@ def test_the_number_of_threads_changes_nothing():
         assert used == threads
         answers.append(digest)
     assert len(set(answers)) == 1
+
+
+@pytest.mark.parametrize("window", [SETTINGS.window, (WIDEST - 1) * RESOLUTION])
+@pytest.mark.parametrize("corner", [(0, 0), (31, 255), (32, 256), (100, 290)])
+def test_a_newer_map_is_fitted_near_what_changed_and_as_one_that_is_fitted_whole(rng, monkeypatch, window, corner):
+    """Changes on either side of a tile's border and at the map's; a window may be wider than a tile is high."""
+    settings = MapSettings(window=window)
+    heights = rough(rng, 4 * TILE_ROWS + 5, TILE_COLS + 50)
+    before = traversability(ground(heights), settings)
+    newer = heights.copy()
+    row, col = corner
+    newer[row : row + 3, col : col + 3] = [[0.5, np.nan, 0.2], [np.nan, 0.1, 0.0], [0.3, 0.3, np.nan]]
+    tiles = []
+    fit = fitting.fit_tiles
+    monkeypatch.setattr(fitting, "fit_tiles", lambda h, some, *rest: tiles.append(len(some)) or fit(h, some, *rest))
+    found = updated_traversability(ground(newer), settings, before, heights.astype(np.float32))
+    asked, whole = sum(tiles), traversability(ground(newer), settings)
+    assert found.digest == whole.digest != before.digest
+    assert 0 < asked <= (sum(tiles) - asked if window > 1 else 4)
+
+
+def test_a_map_in_which_nothing_changed_is_not_fitted_again(rng, monkeypatch):
+    heights = rough(rng, 50, 60)
+    before = traversability(ground(heights), SETTINGS)
+    monkeypatch.setattr(fitting, "fit_tiles", None)
+    again = updated_traversability(ground(heights), SETTINGS, before, heights.astype(np.float32))
+    assert again.digest == before.digest
+
+
+def test_a_newer_map_of_another_shape_is_fitted_whole(rng):
+    heights = rough(rng, 50, 60)
+    before = traversability(ground(heights), SETTINGS)
+    newer = ground(heights[:40])
+    found = updated_traversability(newer, SETTINGS, before, heights.astype(np.float32))
+    assert found.digest == traversability(newer, SETTINGS).digest

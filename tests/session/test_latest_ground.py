@@ -6,6 +6,8 @@ import numpy as np
 
 import footfall
 from footfall.core.progress import no_progress
+from footfall.maps.layers import MapSettings
+from footfall.maps.traversability import traversability
 from footfall.planning.route import feasible
 from footfall.planning.route.problem import RouteSettings
 from footfall.session.jobs import latest_ground, product_recipes
@@ -52,3 +54,27 @@ def test_routes_of_a_session_look_at_the_whole_map_once_for_each_settings(athlet
     assert len(whole) == 1
     product_recipes.route(parents, replace(request, settings=replace(ASKED, headings=16)), no_progress)
     assert len(whole) == 2
+
+
+def test_a_route_by_goodness_fits_planes_near_what_changed_alone(athlete, monkeypatch):
+    heights = np.zeros((400, 400))
+    asked = RouteSettings(resolution=0.3)
+    state, goal = footfall.stand(athlete, ground(heights), x=6.0, y=6.0), (110.0, 100.0)
+    latest = LatestGround()
+    footfall.plan_route(athlete, ground(heights), state, goal, asked, fit=latest.fit)
+    heights[60:80, 60:80] = 0.3
+    whole = []
+    monkeypatch.setattr(latest_ground, "traversability", lambda *args: whole.append(args))
+    found = footfall.plan_route(athlete, ground(heights), state, goal, asked, fit=latest.fit)
+    assert not whole
+    assert footfall.plan_route(athlete, ground(heights), state, goal, asked).digest == found.digest
+
+
+def test_planes_of_another_map_or_window_are_fitted_whole():
+    rows, cols = np.indices((60, 60))
+    latest, dem = LatestGround(), ground(0.01 * rows * cols % 0.7)
+    assert latest.fit(dem, MapSettings()).digest == traversability(dem, MapSettings()).digest
+    wider = MapSettings(window=2.0)
+    assert latest.fit(dem, wider).digest == traversability(dem, wider).digest
+    finer = from_heights(dem.heights, 0.1, 0.0, 0.0, "made")
+    assert latest.fit(finer, wider).digest == traversability(finer, wider).digest

@@ -222,18 +222,14 @@ def _tile(heights, top, left, half, resolution, least, limits, layers):
 
 
 @njit(parallel=True)
-def fit_rows(heights, first, last, half, resolution, least, limits, layers):
-    """Fit the planes of rows ``first`` … ``last`` (excluded) and write every cell of them.
+def fit_tiles(heights, tiles, half, resolution, least, limits, layers):
+    """Fit the planes of some tiles and write every cell of them.
 
-    heights: (rows, cols) float32 [m], NaN = unknown; half: cells on each side of the window's middle; least: share of
-    known cells, and relative spread of them, below which a window is unknown; limits: slope [rad], roughness [m] and
-    step [m] where goodness reaches 0; layers: slope, roughness, step, goodness, certainty, (rows, cols) float32 each,
-    and gradient, (rows, cols, 2) float64, as in ``Traversability``.
+    heights: (rows, cols) float32 [m], NaN = unknown; tiles: (n, 2) int64, row and column of the first cell of each;
+    half: cells on each side of the window's middle; least: share of known cells, and relative spread of them, below
+    which a window is unknown; limits: slope [rad], roughness [m] and step [m] where goodness reaches 0; layers: slope,
+    roughness, step, goodness, certainty, (rows, cols) float32 each, and gradient, (rows, cols, 2) float64, as in
+    ``Traversability``.
     """
-    across = (heights.shape[1] + TILE_COLS - 1) // TILE_COLS
-    down = (last - first + TILE_ROWS - 1) // TILE_ROWS
-    for index in prange(across * down):
-        # prange counts unsigned, and a window reaches below zero
-        tile = np.int64(index)
-        top, left = first + tile // across * TILE_ROWS, tile % across * TILE_COLS
-        _tile(heights, top, left, half, resolution, least, limits, layers)
+    for tile in prange(tiles.shape[0]):
+        _tile(heights, tiles[tile, 0], tiles[tile, 1], half, resolution, least, limits, layers)

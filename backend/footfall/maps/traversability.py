@@ -21,7 +21,7 @@ from footfall.core.errors import InvalidInput
 from footfall.core.progress import Progress, no_progress
 from footfall.core.value import Value, value
 from footfall.maps.layers import MapSettings
-from footfall.maps.plane_fit import TILE_ROWS, fit_rows
+from footfall.maps.plane_fit import TILE_COLS, TILE_ROWS, fit_tiles
 from footfall.terrain.dem import Dem
 
 LEAST_CERTAINTY = 0.25
@@ -34,8 +34,8 @@ less is a strip narrower than a quarter of the window, which leaves the tilt acr
 WIDEST = 101
 """Largest window in cells; the exact step costs its square, and moments up to it are exact in float32."""
 
-_CELLS_AT_ONCE = 1 << 20
-"""About as many between two reports of progress: starting the threads is not free on a busy machine."""
+_TILES_AT_ONCE = (1 << 20) // (TILE_ROWS * TILE_COLS)
+"""As many between two reports of progress: starting the threads is not free on a busy machine."""
 
 
 @value
@@ -75,17 +75,65 @@ def traversability(dem: Dem, settings: MapSettings, progress: Progress = no_prog
     A cell is unknown where its own height is, or where its window holds too few cells, or cells that
     lie nearly on a line (LEAST_CERTAINTY, LEAST_SPREAD).
     """
-    resolution, (rows, cols) = dem.geometry.resolution, dem.geometry.shape
+    rows, cols = dem.geometry.shape
+    slope, roughness, step, goodness, certainty = (np.empty((rows, cols), np.float32) for _ in range(5))
+    layers = (slope, roughness, step, goodness, certainty, np.empty((rows, cols, 2)))
+    return _fitted(dem, settings, np.argwhere(np.ones(_tiles_of(dem), bool)), layers, progress)
+
+
+def updated_traversability(
+    dem: Dem, settings: MapSettings, before: Traversability, seen: NDArray[np.float32], progress: Progress = no_progress
+) -> Traversability:
+    """Fit the planes of a newer map with the same cells again, only in tiles within a window of what changed.
+
+    Args:
+        dem: the newer map.
+        settings: those that ``before`` was made with.
+        before: of the older map.
+        seen: heights of the older map, (rows, cols) [m].
+        progress: called with a fraction 0…1 and a text; may raise Cancelled.
+
+    Returns:
+        What ``traversability`` says of the newer map, to the digest; that is asked where the shapes differ.
+    """
+    if seen.shape != dem.heights.shape:
+        return traversability(dem, settings, progress)
+    half = window_cells(settings.window, dem.geometry.resolution) // 2
+    changed = ~((dem.heights == seen) | (np.isnan(dem.heights) & np.isnan(seen)))
+    near = np.zeros(_tiles_of(dem), bool)
+    rows, cols = np.nonzero(changed)
+    # no two steps on are farther apart than a tile, so none is skipped
+    for down in (*range(-half, half, TILE_ROWS), half):
+        for across in (*range(-half, half, TILE_COLS), half):
+            at = np.clip(rows + down, 0, dem.geometry.rows - 1), np.clip(cols + across, 0, dem.geometry.cols - 1)
+            near[at[0] // TILE_ROWS, at[1] // TILE_COLS] = True
+    layers = (before.slope, before.roughness, before.step, before.goodness, before.certainty, before.gradient)
+    return _fitted(dem, settings, np.argwhere(near), tuple(layer.copy() for layer in layers), progress)
+
+
+def _tiles_of(dem: Dem) -> tuple[int, int]:
+    """How many tiles there are down and across."""
+    rows, cols = dem.geometry.shape
+    return -(-rows // TILE_ROWS), -(-cols // TILE_COLS)
+
+
+def _fitted(
+    dem: Dem,
+    settings: MapSettings,
+    tiles: NDArray[np.int64],
+    layers: tuple[NDArray[np.floating], ...],
+    progress: Progress,
+) -> Traversability:
+    """Fits the tiles, (n, 2) by number down and across, into layers in the order of Traversability's."""
+    resolution = dem.geometry.resolution
     half = window_cells(settings.window, resolution) // 2
     least = (LEAST_CERTAINTY, LEAST_SPREAD)
     limits = (settings.slope_limit, settings.roughness_limit, settings.step_limit)
-    slope, roughness, step, goodness, certainty = (np.empty((rows, cols), np.float32) for _ in range(5))
-    layers = (slope, roughness, step, goodness, certainty, np.empty((rows, cols, 2)))
-    rows_at_once = TILE_ROWS * max(1, _CELLS_AT_ONCE // cols // TILE_ROWS)
-    for first in range(0, rows, rows_at_once):
-        last = min(first + rows_at_once, rows)
-        fit_rows(dem.heights, first, last, half, resolution, least, limits, layers)
-        progress(last / rows, "planes fitted")
+    corners = tiles * np.array([TILE_ROWS, TILE_COLS])
+    for first in range(0, len(tiles), _TILES_AT_ONCE):
+        some = corners[first : first + _TILES_AT_ONCE]
+        fit_tiles(dem.heights, some, half, resolution, least, limits, layers)
+        progress((first + len(some)) / len(tiles), "planes fitted")
     for layer in layers:
         # nothing else holds them, so the value need not copy them
         layer.setflags(write=False)

@@ -5,6 +5,7 @@ traversability for planetary rovers" (ICRA 2000).
 """
 
 import math
+from typing import Protocol
 
 import numpy as np
 from numpy.typing import NDArray
@@ -14,7 +15,8 @@ from footfall.core.errors import InvalidInput
 from footfall.core.grid import GridGeometry
 from footfall.core.progress import Progress, no_progress
 from footfall.core.value import Provenance
-from footfall.maps.traversability import traversability
+from footfall.maps.layers import MapSettings
+from footfall.maps.traversability import Traversability, traversability
 from footfall.planning.route.problem import CostGrid, RouteSettings
 from footfall.robot.ik import contact_point
 from footfall.robot.model import Robot
@@ -26,8 +28,20 @@ STANDING = "stand"
 """Name of the posture whose feet a route keeps on known ground."""
 
 
+class FitPlanes(Protocol):
+    """What fits planes to a map: ``traversability``, or what knows those of an earlier one."""
+
+    def __call__(self, dem: Dem, settings: MapSettings, progress: Progress, /) -> Traversability:
+        """As ``traversability``."""
+        ...
+
+
 def cost_grid(
-    robot: Robot, dem: Dem, settings: RouteSettings | None = None, progress: Progress = no_progress
+    robot: Robot,
+    dem: Dem,
+    settings: RouteSettings | None = None,
+    progress: Progress = no_progress,
+    fit: FitPlanes = traversability,
 ) -> CostGrid:
     """Costs of the map's ground for a robot: 1 / (mean goodness × certainty under it).
 
@@ -35,7 +49,7 @@ def cost_grid(
     known. progress: may raise Cancelled.
     """
     settings = settings or RouteSettings()
-    found = traversability(dem, settings.maps, progress)
+    found = fit(dem, settings.maps, progress)
     good = np.nan_to_num(np.asarray(found.goodness, np.float64)) * found.certainty
     geometry, size = coarse_geometry(dem.geometry, settings.resolution)
     side = _side(reach(robot) / geometry.resolution)

@@ -11,8 +11,9 @@ from scipy.ndimage import label
 from footfall.core.errors import InvalidInput
 from footfall.core.progress import Progress, no_progress, part
 from footfall.core.value import Provenance
+from footfall.maps.traversability import traversability
 from footfall.planning.route.coarse import cheapest_way
-from footfall.planning.route.cost import cost_grid, marked_off
+from footfall.planning.route.cost import FitPlanes, cost_grid, marked_off
 from footfall.planning.route.feasible import (
     FORBIDDEN,
     FeasibleGround,
@@ -39,6 +40,7 @@ def plan_route(
     settings: RouteSettings | None = None,
     progress: Progress = no_progress,
     look: LookForFootfalls = feasible_ground,
+    fit: FitPlanes = traversability,
 ) -> RouteResult:
     """Plan the cheapest way of the chassis from where it is to ``goal``.
 
@@ -54,6 +56,7 @@ def plan_route(
         settings: what the way costs and must not cross; None: as delivered.
         progress: called with a fraction 0…1 and a text; may raise Cancelled.
         look: what makes feasible traversability of the map, asked where the cost is "feasible".
+        fit: what fits planes to the map, asked where it is not.
 
     Returns:
         The answer; where there is no way it says why.
@@ -95,7 +98,7 @@ def plan_route(
     if not np.isfinite(height_at(dem, *there)):
         reason = f"the ground at the goal ({there[0]:g}, {there[1]:g}) is unknown; take images that show it"
         return no(Status.UNKNOWN_GROUND, reason)
-    grid, why, ground = _costs(robot, dem, settings, part(progress, 0.0, 0.5), look)
+    grid, why, ground = _costs(robot, dem, settings, part(progress, 0.0, 0.5), look, fit)
     free = np.isfinite(grid.costs)
     if not free.any():
         return no(Status.NO_PATH, f"no ground of the map is good enough to walk on; {_TRY}")
@@ -168,11 +171,11 @@ _TRY = "take images of what is not known, allow worse ground, or choose another 
 
 
 def _costs(
-    robot: Robot, dem: Dem, settings: RouteSettings, progress: Progress, look: LookForFootfalls
+    robot: Robot, dem: Dem, settings: RouteSettings, progress: Progress, look: LookForFootfalls, fit: FitPlanes
 ) -> tuple[CostGrid, Callable[[tuple[float, float]], str], FeasibleGround | None]:
     """The grid that routes are looked for on, what forbids a place x, y [m] of it in words, and costs by heading."""
     if settings.cost != "feasible":
-        costs = cost_grid(robot, dem, settings, progress)
+        costs = cost_grid(robot, dem, settings, progress, fit)
         return costs, lambda place: _why(dem, settings, costs, place), None
     found = look(robot, dem, settings, progress)
     grid = feasible_cost_grid(found)

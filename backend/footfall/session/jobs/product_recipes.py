@@ -192,7 +192,8 @@ def route(parents: Mapping[str, Any], settings: RouteRequest, progress: Progress
     from footfall.session.jobs.latest_ground import LATEST_GROUND
 
     robot, dem, state = (parents[name] for name in ("robot", "dem", "state"))
-    return plan_route(robot, dem, state, settings.goal, settings.settings, progress, LATEST_GROUND.look)
+    look, fit = LATEST_GROUND.look, LATEST_GROUND.fit
+    return plan_route(robot, dem, state, settings.goal, settings.settings, progress, look, fit)
 
 
 def sequence(parents: Mapping[str, Any], settings: None, progress: Progress) -> Value:
