@@ -123,7 +123,7 @@ LOCK := $(BIN)/pip-compile --quiet --generate-hashes --allow-unsafe --strip-extr
 	--no-emit-index-url --no-emit-trusted-host --no-emit-find-links
 lock: $(VENV)/.dev
 	$(PIP) install pip-tools
-	$(LOCK) --extra dev,postgres,oidc,peers --output-file locks/dev.txt pyproject.toml
+	$(LOCK) --extra dev,postgres,oidc,peers,training --output-file locks/dev.txt pyproject.toml
 	$(LOCK) --constraint locks/dev.txt --extra mutants --output-file locks/mutants.txt pyproject.toml
 	$(LOCK) --constraint locks/dev.txt --output-file locks/run.txt pyproject.toml
 	$(NPM) install --prefix tests/tools --package-lock-only --omit-lockfile-registry-resolved --ignore-scripts --no-audit --no-fund

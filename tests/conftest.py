@@ -16,9 +16,9 @@ from tests.support.run_record import RunRecord, may_be_asked_twice
 from tests.support.waiting import until
 
 SEED = 20081
-KEPT = ("asyncio-portal", "AnyIO worker thread", "asyncio_", "Dummy-")
-"""Threads that schemathesis and Playwright keep for their process, which only wait; and those of libraries in other
-languages, which Python never hears the end of."""
+KEPT = ("asyncio-portal", "AnyIO worker thread", "asyncio_", "Dask-Offload", "Dummy-")
+"""Threads that schemathesis, Playwright and dask keep for their process, which only wait; and those of libraries in
+other languages, which Python never hears the end of."""
 
 settings.register_profile(
     "footfall",

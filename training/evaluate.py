@@ -14,6 +14,7 @@ from footfall.planning.choice.choice_settings import ChoiceSettings
 from footfall.planning.choice.policy import GaitPolicy
 from footfall.planning.choice.reward import reward
 from training.choosers import LEARNED, NAMES, chooser
+from training.command import add_who_makes, exit_code
 from training.finished import Finished, Item, completed
 from training.gait_policy import what_rollouts_are_of
 from training.grounds import UNSEEN, family
@@ -65,12 +66,16 @@ def _told(one: Interval) -> str:
     return f"{one.at:.2f} ({one.low:.2f} … {one.high:.2f})"
 
 
+def _tell(text: str) -> None:
+    print(text, file=sys.stderr, flush=True)
+
+
 def main() -> int:
     parser = argparse.ArgumentParser(description=__doc__)
     parser.add_argument("policy", type=Path, help="file that training.gait_policy wrote")
     parser.add_argument("--routes", type=int, default=200)
     parser.add_argument("--metres", type=float, default=METRES, help="of each")
-    parser.add_argument("--processes", type=int, default=1)
+    add_who_makes(parser)
     parser.add_argument("--finished", type=Path, help="file of finished routes; default: beside the policy")
     asked = parser.parse_args()
     policy = read_policy(asked.policy, robot().digest)
@@ -78,7 +83,8 @@ def main() -> int:
     seeds = UNSEEN[: asked.routes]
     of = {**what_rollouts_are_of(asked.metres, policy.settings), "policy": policy.digest}
     tasks = [(f"{name} {seed}", (name, seed, asked.metres, policy)) for seed in seeds for name in NAMES]
-    items = completed(Finished(path, of), tasks, compared, asked.processes, lambda text: print(text, file=sys.stderr))
+    finished = Finished(path, of)
+    items = completed(finished, tasks, compared, _tell, asked.processes, asked.scheduler)
     routes: dict[str, list[Route]] = {name: [] for name in NAMES}
     for (_, (name, *_)), item in zip(tasks, items, strict=True):
         route = route_from(item["route"], item["planning"])
@@ -97,4 +103,4 @@ def main() -> int:
 
 
 if __name__ == "__main__":
-    raise SystemExit(main())
+    raise SystemExit(exit_code(main))

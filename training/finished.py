@@ -3,8 +3,6 @@
 import json
 import os
 from collections.abc import Callable, Iterator, Sequence
-from concurrent.futures import ProcessPoolExecutor, as_completed
-from multiprocessing import get_context
 from pathlib import Path
 from typing import Any
 
@@ -72,27 +70,33 @@ def completed(
     finished: Finished,
     tasks: Sequence[tuple[str, Any]],
     make: Callable[[tuple[str, Any]], tuple[str, Item]],
-    processes: int,
     told: Callable[[str], None],
+    processes: int = 1,
+    scheduler: str | None = None,
 ) -> Iterator[Item]:
     """The item of every task (key, arguments), in their order, whatever the order in which they were finished.
 
-    make: of one task, in a process of its own where there are several; told: hears of each that is finished.
+    make: of one task; told: hears of each that is finished. processes, scheduler: who makes them, as for
+    ``made_by_many``; one process is this one.
     """
     left = [task for task in tasks if task[0] not in finished]
-    for number, (key, item) in enumerate(_made(left, make, processes), len(tasks) - len(left) + 1):
+    for number, (key, item) in enumerate(_made(left, make, processes, scheduler), len(tasks) - len(left) + 1):
         finished.put(key, item)
         told(f"{number} of {len(tasks)}: {key}")
     return (finished[key] for key, _ in tasks)
 
 
 def _made(
-    tasks: Sequence[tuple[str, Any]], make: Callable[[tuple[str, Any]], tuple[str, Item]], processes: int
+    tasks: Sequence[tuple[str, Any]],
+    make: Callable[[tuple[str, Any]], tuple[str, Item]],
+    processes: int,
+    scheduler: str | None,
 ) -> Iterator[tuple[str, Item]]:
     """As they come."""
-    if processes == 1 or not tasks:
+    if not tasks or (processes == 1 and scheduler is None):
         yield from map(make, tasks)
         return
-    with ProcessPoolExecutor(min(processes, len(tasks)), get_context("spawn")) as pool:
-        for one in as_completed([pool.submit(make, task) for task in tasks]):
-            yield one.result()
+    # one process needs no cluster, nor the library for it
+    from training.cluster import made_by_many
+
+    yield from made_by_many(tasks, make, processes, scheduler)

@@ -19,6 +19,7 @@ from footfall.planning.choice.mdp import SeenTransition
 from footfall.planning.choice.policy import GaitPolicy, learned
 from footfall.planning.choice.reward import reward
 from footfall.planning.choice.state import StateSpace
+from training.command import add_who_makes, exit_code
 from training.finished import Finished, Item, completed
 from training.grounds import LEARNED
 from training.route import NO_START, Choose, Route, robot, route_from, walked
@@ -59,11 +60,18 @@ def _at_random(seed: int) -> Choose:
     return lambda _: ACTIONS[int(rng.integers(len(ACTIONS)))]
 
 
-def learn(path: Path, seeds: Sequence[int], metres: float, processes: int, settings: ChoiceSettings) -> GaitPolicy:
-    """The policy of routes over these seeds; path: of the file of finished ones."""
+def learn(
+    path: Path,
+    seeds: Sequence[int],
+    metres: float,
+    settings: ChoiceSettings,
+    processes: int = 1,
+    scheduler: str | None = None,
+) -> GaitPolicy:
+    """The policy of routes over these seeds; path: of the file of finished ones; the rest as for ``completed``."""
     finished = Finished(path, what_rollouts_are_of(metres, settings))
     tasks = [(str(seed), (seed, metres, settings)) for seed in seeds]
-    routes = [route_from(item) for item in completed(finished, tasks, rolled_out, processes, _tell)]
+    routes = [route_from(item) for item in completed(finished, tasks, rolled_out, _tell, processes, scheduler)]
     timed_out = sum(one.timed_out for route in routes for one in route.decisions)
     if timed_out:
         _tell(f"{timed_out} searches were ended by the clock: on another machine the table may differ")
@@ -80,12 +88,12 @@ def main() -> int:
     parser = argparse.ArgumentParser(description=__doc__)
     parser.add_argument("--seeds", type=int, default=200, help="how many routes")
     parser.add_argument("--metres", type=float, default=METRES, help="of each")
-    parser.add_argument("--processes", type=int, default=1)
+    add_who_makes(parser)
     parser.add_argument("--out", type=Path, required=True, help="file of the table")
     parser.add_argument("--finished", type=Path, help="file of finished routes; default: beside --out")
     asked = parser.parse_args()
     path = asked.finished or asked.out.with_suffix(".routes.jsonl")
-    policy = learn(path, LEARNED[: asked.seeds], asked.metres, asked.processes, SETTINGS)
+    policy = learn(path, LEARNED[: asked.seeds], asked.metres, SETTINGS, asked.processes, asked.scheduler)
     write_policy(asked.out, policy)
     space = policy.settings.space
     for state in np.flatnonzero(policy.visits.any(axis=1)):
@@ -100,4 +108,4 @@ def main() -> int:
 
 
 if __name__ == "__main__":
-    raise SystemExit(main())
+    raise SystemExit(exit_code(main))

@@ -52,7 +52,7 @@ def made(task):
 
 def table(path, processes: int, seeds=SEEDS) -> str:
     finished = Finished(path, {"made": 1})
-    items = completed(finished, [(str(seed), seed) for seed in seeds], made, processes, lambda _: None)
+    items = completed(finished, [(str(seed), seed) for seed in seeds], made, lambda _: None, processes)
     return learned(transitions(map(route_from, items), SETTINGS), SETTINGS, "0" * 32, len(seeds)).digest
 
 
@@ -92,7 +92,7 @@ def test_an_interrupted_run_goes_on(tmp_path, kept):
         again.append(task)
         return made(task)
 
-    list(completed(finished, [(str(seed), seed) for seed in SEEDS], counted, 1, lambda _: None))
+    list(completed(finished, [(str(seed), seed) for seed in SEEDS], counted, lambda _: None))
     assert len(again) == len(SEEDS) - there
     assert table(path, 1) == whole
     assert path.read_bytes() == content

@@ -14,6 +14,8 @@ S. Singh, R. Simmons, T. Smith, A. Stentz, V. Verma, A. Yahja, K. Schwehr, "Rece
 global traversability for planetary rovers", ICRA 2000.
 """
 
+from typing import Any
+
 import numpy as np
 from numpy.typing import NDArray
 
@@ -121,7 +123,7 @@ def _fitted(
     dem: Dem,
     settings: MapSettings,
     tiles: NDArray[np.int64],
-    layers: tuple[NDArray[np.floating], ...],
+    layers: tuple[NDArray[Any], ...],
     progress: Progress,
 ) -> Traversability:
     """Fits the tiles, (n, 2) by number down and across, into layers in the order of Traversability's."""
