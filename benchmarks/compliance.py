@@ -17,6 +17,7 @@ from benchmarks.scenes import robot
 from benchmarks.step import targets
 from benchmarks.timing import SEED, Figure
 from footfall.balance.balance_settings import BalanceSettings
+from footfall.planning.answers import Status
 from footfall.planning.compliance.compliance_settings import ComplianceSettings
 from footfall.planning.compliance.compliant_rover import CompliantRover, RestingRover
 from footfall.planning.compliance.from_telemetry import measured
@@ -25,7 +26,6 @@ from footfall.planning.execution.execution_settings import MODES, ExecutionSetti
 from footfall.planning.execution.plan import plan_execution
 from footfall.planning.execution.problem import Execution
 from footfall.planning.step.lift import vertical
-from footfall.planning.step.problem import Status
 from footfall.robot.kinematics import leg_wheel_pose
 from footfall.telemetry.state import RobotState
 from footfall.terrain.dem import Dem

@@ -10,8 +10,8 @@ import footfall
 from benchmarks.scenes import robot
 from benchmarks.walks.terrains import REPORTED, start_of, terrain
 from footfall.core.errors import InvalidInput
+from footfall.planning.answers import Status
 from footfall.planning.gait.problem import GAITS, GaitResult
-from footfall.planning.step.problem import Status
 from footfall.planning.walk.problem import WalkResult, WalkSettings
 from footfall.planning.walk.recheck.walk import recheck_walk
 

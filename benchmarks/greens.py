@@ -17,7 +17,8 @@ from benchmarks.scenes import robot
 from benchmarks.timing import Figure
 from footfall.core.errors import InvalidInput
 from footfall.maps.layers import COLLISION, REACHABLE_STABLE, MapStack
-from footfall.planning.step.problem import PlanResult, Status, StepSettings
+from footfall.planning.answers import Status
+from footfall.planning.step.problem import PlanResult, StepSettings
 from footfall.telemetry.state import RobotState
 from footfall.terrain.dem import Dem
 from footfall.terrain.generate import fractal, rock_field

@@ -14,7 +14,8 @@ from benchmarks.scenes import robot
 from benchmarks.timing import SEED, Figure
 from footfall.core.frames import apply
 from footfall.maps.layers import COLLISION, REACHABLE_STABLE, REACHABLE_UNSTABLE, UNSURE
-from footfall.planning.step.problem import Status, StepSettings
+from footfall.planning.answers import Status
+from footfall.planning.step.problem import StepSettings
 from footfall.robot.kinematics import wheel_centers
 from footfall.telemetry.state import RobotState
 from footfall.terrain.dem import Dem

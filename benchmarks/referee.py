@@ -27,11 +27,12 @@ from benchmarks.timing import SEED, Figure, promised
 from footfall.balance.balance_settings import GRAVITIES, BalanceSettings
 from footfall.core.errors import InvalidInput
 from footfall.core.frames import apply
+from footfall.planning.answers import Status
 from footfall.planning.compliance.compliance_settings import ComplianceSettings
 from footfall.planning.execution.execution_settings import MODES, ExecutionSettings
 from footfall.planning.execution.plan import plan_execution
 from footfall.planning.execution.problem import Execution
-from footfall.planning.step.problem import Status, StepPlan
+from footfall.planning.step.problem import StepPlan
 from footfall.robot.description import with_payload
 from footfall.robot.kinematics import leg_wheel_pose, wheel_centers
 from footfall.robot.model import Robot

@@ -21,7 +21,7 @@ from footfall.io.bundles import read_bundle, write_zip
 from footfall.io.event_log import rechain
 from footfall.io.recordings import TO_ROVER
 from footfall.io.recordings.writing import RecordingWriter
-from footfall.planning.step.problem import Status
+from footfall.planning.answers import Status
 from footfall.session.access.acting import acting
 from footfall.session.access.identity import LOCAL
 from footfall.session.jobs.local import InlineJobs

@@ -17,7 +17,8 @@ import numpy as np
 import footfall
 from footfall.core.frames import apply
 from footfall.maps.layers import MapSettings
-from footfall.planning.step.problem import Status, StepSettings
+from footfall.planning.answers import Status
+from footfall.planning.step.problem import StepSettings
 from footfall.planning.walk.problem import WalkGoal, WalkResult, WalkSettings, foot_moves_in_words
 from footfall.robot.kinematics import wheel_centers
 from footfall.robot.model import Robot

@@ -146,9 +146,10 @@ def plan_step(
     It is commanded so that the chassis keeps its pose although the rover sags.
     """
     from footfall.io.artifacts import encode
+    from footfall.planning.answers import Status
     from footfall.planning.execution.plan import plan_execution
     from footfall.planning.step.plan import plan_step as run
-    from footfall.planning.step.problem import Status, StepSettings
+    from footfall.planning.step.problem import StepSettings
 
     body, dem, state = terminal.stance(robot, terrain, x, y, yaw)
     settings = StepSettings(planner=planner, seed=seed, conservative=conservative, time_limit=time_limit, goals=goals)

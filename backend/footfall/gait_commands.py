@@ -8,8 +8,8 @@ import typer
 
 from footfall import terminal
 from footfall.core.value import fields_of
+from footfall.planning.answers import Status
 from footfall.planning.gait.problem import GAITS, TRIPOD, GaitPlan, GaitResult, GaitSettings
-from footfall.planning.step.problem import Status
 from footfall.planning.walk.problem import WalkGoal
 from footfall.terminal import AtX, AtY, AtYaw, Json, Pair, RobotName, bar
 from footfall.walk_commands import GOAL, GOAL_YAW

@@ -15,8 +15,8 @@ from footfall import terminal
 from footfall.core.errors import InvalidInput
 from footfall.core.value import fields_of
 from footfall.maps.refusals import NOTHING, REFUSALS
+from footfall.planning.answers import Status
 from footfall.planning.legged.problem import LeggedPlan, LeggedResult, LeggedSettings
-from footfall.planning.step.problem import Status
 from footfall.planning.walk.problem import WalkGoal
 
 if TYPE_CHECKING:

@@ -10,9 +10,10 @@ from footfall.io.artifacts import decode
 from footfall.io.bundles import ARTIFACTS
 from footfall.io.scripting import make_sequence
 from footfall.io.terrain_files import read_terrain
+from footfall.planning.answers import Status
 from footfall.planning.execution.problem import ExecutionResult
 from footfall.planning.legged.problem import LeggedResult
-from footfall.planning.step.problem import PlanResult, Status
+from footfall.planning.step.problem import PlanResult
 from footfall.planning.walk.problem import WalkResult
 from footfall.planning.walk_execution.problem import WalkExecutionResult
 from footfall.robot.description import RobotDescription

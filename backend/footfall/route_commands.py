@@ -9,8 +9,8 @@ import typer
 
 from footfall import terminal
 from footfall.core.value import fields_of
+from footfall.planning.answers import Status
 from footfall.planning.route.problem import Route, RouteSettings
-from footfall.planning.step.problem import Status
 from footfall.terminal import AtX, AtY, AtYaw, Json, Pair, RobotName, bar
 
 

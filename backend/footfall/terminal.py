@@ -15,9 +15,10 @@ from footfall.api.bodies.jsonable import dumps
 from footfall.core.errors import FootFallError
 from footfall.core.progress import Progress as Report
 from footfall.core.value import fields_of
+from footfall.planning.answers import Check, Status
 from footfall.planning.execution.execution_settings import MODES, ExecutionSettings
 from footfall.planning.execution.problem import ExecutionResult
-from footfall.planning.step.problem import Check, PlanResult, Status
+from footfall.planning.step.problem import PlanResult
 from footfall.planning.walk.problem import WalkResult
 from footfall.planning.walk_execution.problem import WalkExecutionResult
 from footfall.telemetry.state import RobotState

@@ -13,8 +13,8 @@ from footfall import terminal
 from footfall.balance.tether import EDGE, Tether
 from footfall.core.errors import InvalidInput
 from footfall.core.value import fields_of
+from footfall.planning.answers import Status
 from footfall.planning.execution.execution_settings import HELD, MODES, ExecutionSettings
-from footfall.planning.step.problem import Status
 from footfall.planning.walk.problem import (
     Blocked,
     Tethered,

@@ -19,7 +19,7 @@ import footfall
 from benchmarks.scenes import robot
 from benchmarks.step import targets
 from benchmarks.timing import Figure
-from footfall.planning.step.problem import Status
+from footfall.planning.answers import Status
 from footfall.session.jobs.local import Jobs
 from footfall.session.registry import Sessions
 from footfall.terrain.generate import plane

@@ -22,7 +22,7 @@ from benchmarks.steps.problem import StepProblem, build, is_here
 from benchmarks.steps.quality import Outcome, planned, swing
 from benchmarks.steps.search import raw_search, situation_of, unsure_ends
 from benchmarks.timing import Figure
-from footfall.planning.step.problem import Status
+from footfall.planning.answers import Status
 
 SOLVED_IN = 1.0
 """Processor time within which a solvable problem is to be solved [s]; the wall clock is given ten times that, because

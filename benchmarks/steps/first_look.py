@@ -17,8 +17,9 @@ from benchmarks.scenes import robot
 from benchmarks.steps.problem import beside_hip
 from benchmarks.timing import SEED, Figure
 from footfall.core.errors import InvalidInput
+from footfall.planning.answers import Status
 from footfall.planning.step import ground_tiles
-from footfall.planning.step.problem import Status, StepSettings
+from footfall.planning.step.problem import StepSettings
 from footfall.telemetry.state import RobotState
 from footfall.terrain.dem import Dem
 from footfall.terrain.from_arrays import from_heights

@@ -9,7 +9,8 @@ import footfall
 from footfall.core.frames import apply, inverse
 from footfall.maps.suggest import Suggestion, Suggestions
 from footfall.maps.support_outlines import bearing
-from footfall.planning.step.problem import Check, Footfall, PlanResult, Status
+from footfall.planning.answers import Check, Status
+from footfall.planning.step.problem import Footfall, PlanResult
 from footfall.robot.ik import contact_point
 from footfall.robot.kinematics import wheel_centers
 from footfall.sequence.make import make_sequence

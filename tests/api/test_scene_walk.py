@@ -8,8 +8,8 @@ import viser
 
 import footfall
 from footfall.balance.tether import EDGE, Tether
+from footfall.planning.answers import Status
 from footfall.planning.gait.problem import GaitFailure, GaitResult
-from footfall.planning.step.problem import Status
 from footfall.planning.walk.problem import Tethered, WalkGoal, WalkResult, WalkSettings
 from footfall.session.jobs.local import InlineJobs
 from footfall.session.jobs.product_recipes import PRODUCTS

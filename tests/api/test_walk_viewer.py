@@ -15,9 +15,9 @@ from footfall.core.errors import Conflict, InvalidInput
 from footfall.io.any_robot import load_legged
 from footfall.io.artifacts import decode
 from footfall.io.terrain_files import read_terrain, write_terrain
+from footfall.planning.answers import Status
 from footfall.planning.legged.footfalls import footfalls
 from footfall.planning.legged.problem import LeggedResult
-from footfall.planning.step.problem import Status
 from footfall.robot.legged.posture import placed
 from footfall.terrain.generate import plane
 from footfall_ui.viser_door import open_on_this_computer

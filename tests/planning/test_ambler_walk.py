@@ -6,9 +6,9 @@ import pytest
 from footfall.io.any_robot import load_legged
 from footfall.io.robot_files import robot_toml
 from footfall.maps import refusals
+from footfall.planning.answers import Status
 from footfall.planning.any_robot import compute_maps, plan_step, plan_walk, stand
 from footfall.planning.legged.problem import LeggedSettings
-from footfall.planning.step.problem import Status
 from footfall.terrain.generate import plane
 from tests.support.legged_recheck import Recheck, faults
 

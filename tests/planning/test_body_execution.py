@@ -13,6 +13,7 @@ from footfall.balance.forces import equilibrium_matrix
 from footfall.core.errors import Cancelled, InvalidInput
 from footfall.core.frames import apply, rotation_rpy, transform
 from footfall.io.artifacts import decode, encode
+from footfall.planning.answers import Status
 from footfall.planning.compliance.compliance_settings import ComplianceSettings
 from footfall.planning.compliance.compliant_rover import CompliantRover
 from footfall.planning.compliance.from_telemetry import measured
@@ -24,7 +25,6 @@ from footfall.planning.execution.execution_settings import ExecutionSettings
 from footfall.planning.execution.prediction_checks import WORSE
 from footfall.planning.stance.body_move import No, plan_body_move
 from footfall.planning.stance.body_shift import BodyShift
-from footfall.planning.step.problem import Status
 from footfall.robot.kinematics import center_of_mass, wheel_centers
 from footfall.robot.model import Robot
 from footfall.sequence.of_execution import sequence_of_execution

@@ -11,6 +11,7 @@ from footfall.core.errors import InvalidInput
 from footfall.core.frames import apply, heading
 from footfall.io.any_robot import load_legged
 from footfall.io.robot_files import robot_toml
+from footfall.planning.answers import Status
 from footfall.planning.legged.circulate import MARGIN, plan_circulating
 from footfall.planning.legged.footfalls import footfalls
 from footfall.planning.legged.guide import Guide
@@ -20,7 +21,6 @@ from footfall.planning.legged.stacks import crescent, ring_margins, stacks_of
 from footfall.planning.legged.stance import Ground
 from footfall.planning.legged.stand import stand
 from footfall.planning.legged.through_body import around
-from footfall.planning.step.problem import Status
 from footfall.robot.legged.posture import placed
 from footfall.terrain.generate import fractal, plane
 from tests.support.described import robot_of

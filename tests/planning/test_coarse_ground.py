@@ -5,7 +5,7 @@ import pytest
 
 import footfall
 from footfall.core.frames import apply
-from footfall.planning.step.problem import Status
+from footfall.planning.answers import Status
 from footfall.robot.kinematics import wheel_centers
 from footfall.terrain.generate import slope
 

@@ -12,6 +12,7 @@ from footfall.core.errors import Cancelled, InvalidInput
 from footfall.core.frames import apply, transform
 from footfall.io.artifacts import decode, encode
 from footfall.maps.standing import contacts, wheel_gaps
+from footfall.planning.answers import Status
 from footfall.planning.compliance.ball_contact import second_gaps
 from footfall.planning.compliance.compliance_settings import ComplianceSettings
 from footfall.planning.compliance.compliant_rover import CompliantRover
@@ -21,7 +22,7 @@ from footfall.planning.execution.execution_settings import MODES, ExecutionSetti
 from footfall.planning.execution.pace import GENTLE, SWAY
 from footfall.planning.execution.plan import plan_execution, rim_clearance
 from footfall.planning.execution.problem import PHASES
-from footfall.planning.step.problem import Status, StepSettings
+from footfall.planning.step.problem import StepSettings
 from footfall.robot.collision import posture_collisions
 from footfall.robot.ik import contact_point
 from footfall.robot.kinematics import center_of_mass, wheel_centers

@@ -7,10 +7,11 @@ import pytest
 
 import footfall
 from footfall.core.frames import apply
+from footfall.planning.answers import Status
 from footfall.planning.compliance.compliant_rover import CompliantRover
 from footfall.planning.execution.execution_settings import MODES, ExecutionSettings
 from footfall.planning.execution.plan import plan_execution
-from footfall.planning.step.problem import Status, StepSettings
+from footfall.planning.step.problem import StepSettings
 from footfall.robot.collision import CollisionScene, posture_collisions
 from footfall.robot.ik import contact_point
 from footfall.sequence.of_execution import sequence_of_execution

@@ -12,6 +12,7 @@ from shapely.geometry import MultiPoint, Point
 
 import footfall
 from footfall.core.errors import InvalidInput
+from footfall.planning.answers import Status
 from footfall.planning.gait import plan as gait_plan
 from footfall.planning.gait.failing import posture_over
 from footfall.planning.gait.problem import GAITS, RIPPLE, TRIPOD, WAVE, GaitSettings
@@ -19,7 +20,6 @@ from footfall.planning.gait.rhythm import groups_of, rhythm
 from footfall.planning.gait.step import leg_lacks
 from footfall.planning.gait.way import way_to
 from footfall.planning.step.ground import Nearby
-from footfall.planning.step.problem import Status
 from footfall.planning.walk.foot_move import At
 from footfall.planning.walk.footprint import footprint
 from footfall.planning.walk.parts import parts_of

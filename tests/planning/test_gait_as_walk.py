@@ -8,11 +8,11 @@ import pytest
 import footfall
 from footfall.core.errors import InvalidInput
 from footfall.core.frames import apply
+from footfall.planning.answers import Status
 from footfall.planning.compliance.compliant_rover import CompliantRover
 from footfall.planning.execution.execution_settings import ExecutionSettings
 from footfall.planning.gait.as_walk import SHARED, plan_wave, wave_like
 from footfall.planning.gait.problem import TRIPOD, WAVE, GaitSettings
-from footfall.planning.step.problem import Status
 from footfall.planning.walk.problem import Place, WalkGoal, WalkSettings
 from footfall.planning.walk_execution.plan import plan_walk_execution
 from footfall.planning.walk_execution.unpressed import unpressed

@@ -6,13 +6,13 @@ import pytest
 import footfall
 from footfall.balance.forces import equilibrium_matrix
 from footfall.core.frames import apply
+from footfall.planning.answers import Status
 from footfall.planning.compliance.compliant_rover import CompliantRover
 from footfall.planning.compliance.from_telemetry import holding, wheel_arms
 from footfall.planning.execution import course
 from footfall.planning.execution.course import SPARE
 from footfall.planning.execution.forces import Holder
 from footfall.planning.execution.plan import plan_execution
-from footfall.planning.step.problem import Status
 from footfall.robot.kinematics import center_of_mass, wheel_centers
 from tests.support.chassis_ground import wavy
 

@@ -9,13 +9,13 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
+from footfall.planning.answers import Status
 from footfall.planning.stance.body_move import plan_body_move
 from footfall.planning.stance.body_shift import BodyShift, PredictedState
 from footfall.planning.stance.find_shift import find_shift
 from footfall.planning.stance.shift import shifted_state
 from footfall.planning.stance.stand import stand
 from footfall.planning.step.plan import plan_step
-from footfall.planning.step.problem import Status
 from footfall.robot.ik import contact_point
 from footfall.robot.model import Robot
 from footfall.robot.tolerance import JOINT_TOLERANCE, digits_apart, inside

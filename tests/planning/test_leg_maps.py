@@ -13,9 +13,10 @@ from footfall.maps import reach_classes
 from footfall.maps.colors import FOOTING, REACH
 from footfall.maps.layers import NOT_LIFTED, REACHABLE_STABLE, MapSettings, MapStack
 from footfall.maps.stack import map_stack
+from footfall.planning.answers import Status
 from footfall.planning.step.leg_maps import compute_maps
 from footfall.planning.step.plan import plan_step
-from footfall.planning.step.problem import Status, StepSettings
+from footfall.planning.step.problem import StepSettings
 from footfall.session.products.judged_footfall import judge_footfall
 from footfall.terrain.from_arrays import from_heights
 

@@ -13,12 +13,12 @@ from footfall.balance.support import margin
 from footfall.core.errors import InvalidInput, InvalidRobot
 from footfall.core.frames import apply
 from footfall.io.urdf.read import read_urdf
+from footfall.planning.answers import Status
 from footfall.planning.any_robot import plan_step, plan_walk, stand
 from footfall.planning.legged.at_ease import at_ease
 from footfall.planning.legged.foot_move import LEAP
 from footfall.planning.legged.problem import LeggedSettings
 from footfall.planning.legged.walk import THIN
-from footfall.planning.step.problem import Status
 from footfall.robot.legged.find_legs import legged_model
 from footfall.robot.legged.legged_robot import LeggedRobot
 from footfall.robot.legged.posture import placed

@@ -15,8 +15,8 @@ from benchmarks.steps.quality import planned, swing, turning
 from benchmarks.steps.recheck import Tally, recheck, rechecked, tallies
 from benchmarks.steps.search import pose, situation_of
 from footfall.core.errors import InvalidInput
+from footfall.planning.answers import Status
 from footfall.planning.step.edges import samples
-from footfall.planning.step.problem import Status
 from footfall.robot.collision import CollisionScene
 from footfall.robot.kinematics import leg_link_poses
 

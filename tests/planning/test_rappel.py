@@ -14,7 +14,7 @@ from footfall.balance.balance_settings import BalanceSettings
 from footfall.balance.tether import Tether
 from footfall.balance.torques import torque_check
 from footfall.core.errors import InvalidInput
-from footfall.planning.step.problem import Status
+from footfall.planning.answers import Status
 from footfall.planning.walk.excerpt import excerpt
 from footfall.planning.walk.hung import Hung
 from footfall.planning.walk.legs_kernel import pose_of

@@ -462,7 +462,7 @@ def test_nothing_of_the_planner_judges_its_walks():
         "footfall.core.grid",
         "footfall.core.mesh",
         "footfall.core.value",
-        "footfall.planning.step.problem",
+        "footfall.planning.answers",
         "footfall.planning.walk.problem",
         "footfall.robot",
         "footfall.robot.bvh",

@@ -13,10 +13,10 @@ import footfall
 from footfall.core.errors import InvalidInput
 from footfall.core.grid import GridGeometry
 from footfall.maps.traversability import traversability
+from footfall.planning.answers import Status
 from footfall.planning.route.cost import _rise_under, cost_grid, reach
 from footfall.planning.route.field import CostField
 from footfall.planning.route.problem import Corridor, NoGo, RouteSettings
-from footfall.planning.step.problem import Status
 from footfall.robot.model import Robot
 from footfall.terrain.from_arrays import from_heights
 

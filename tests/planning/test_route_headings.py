@@ -14,13 +14,13 @@ from scipy.sparse import coo_array, csgraph
 import footfall
 from footfall.core.errors import Cancelled, InvalidInput
 from footfall.core.grid import GridGeometry
+from footfall.planning.answers import Status
 from footfall.planning.route import plan as planning
 from footfall.planning.route import turns
 from footfall.planning.route.field import CostField
 from footfall.planning.route.headings import faced, pieces
 from footfall.planning.route.problem import RouteSettings
 from footfall.planning.route.turns import way_with_turns
-from footfall.planning.step.problem import Status
 from footfall.terrain.from_arrays import from_heights
 
 GRID = GridGeometry(-1.0, 2.0, 0.25, 12, 15)

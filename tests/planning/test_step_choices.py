@@ -10,6 +10,7 @@ import pytest
 
 from footfall.core.errors import InvalidInput
 from footfall.core.frames import apply
+from footfall.planning.answers import Status
 from footfall.planning.stance.after import state_after
 from footfall.planning.stance.stand import stand
 from footfall.planning.step import escape as escape_module
@@ -20,7 +21,7 @@ from footfall.planning.step.footing import LegStance, ground_near
 from footfall.planning.step.ground import Nearby
 from footfall.planning.step.lift import branch_of, vertical
 from footfall.planning.step.plan import plan_step
-from footfall.planning.step.problem import PlanResult, Status, StepPlan, StepSettings
+from footfall.planning.step.problem import PlanResult, StepPlan, StepSettings
 from footfall.planning.step.situation import Situation
 from footfall.robot.collision import CollisionScene
 from footfall.robot.ik import contact_point

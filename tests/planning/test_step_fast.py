@@ -20,6 +20,7 @@ from footfall.balance.torque_candidates import torque_ratios_in_the_air
 from footfall.balance.torques import torque_check
 from footfall.core.frames import transform
 from footfall.core.value import flatten, unflatten
+from footfall.planning.answers import Status
 from footfall.planning.stance.stand import stand
 from footfall.planning.step import ground_tiles
 from footfall.planning.step.certificate import Certificate
@@ -31,7 +32,7 @@ from footfall.planning.step.latest_results import LatestResults
 from footfall.planning.step.leg_free_kernel import balance_bend, balanced_span, edge_is_sure, margin_at
 from footfall.planning.step.lift import vertical
 from footfall.planning.step.plan import plan_step
-from footfall.planning.step.problem import Status, StepSettings
+from footfall.planning.step.problem import StepSettings
 from footfall.planning.step.sbl_kernel import (
     AROUND,
     COUNT,

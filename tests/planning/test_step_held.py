@@ -10,12 +10,13 @@ from footfall.balance.balance_settings import BalanceSettings
 from footfall.balance.forces import distribute
 from footfall.balance.torques import torque_check
 from footfall.core.frames import apply
+from footfall.planning.answers import Status
 from footfall.planning.stance.stand import stand
 from footfall.planning.step import lift_off as lift_off_module
 from footfall.planning.step.footing import LegStance, standing_feet
 from footfall.planning.step.held import unheld, unheld_lift
 from footfall.planning.step.plan import plan_step
-from footfall.planning.step.problem import Status, StepSettings
+from footfall.planning.step.problem import StepSettings
 from footfall.robot.description import Payload
 from footfall.robot.ik import contact_point
 from footfall.robot.kinematics import center_of_mass

@@ -13,7 +13,7 @@ from footfall.balance.balance_settings import BalanceSettings
 from footfall.balance.tether import Tether
 from footfall.core.errors import InvalidInput
 from footfall.core.frames import apply, rotation_rpy, transform
-from footfall.planning.step.problem import Status
+from footfall.planning.answers import Status
 from footfall.planning.walk.plan import plan_walk
 from footfall.planning.walk.problem import WalkGoal, WalkSettings
 from footfall.planning.walk.smoothing import Smoothing

@@ -6,8 +6,8 @@ import numpy as np
 import pytest
 
 import footfall
+from footfall.planning.answers import Status
 from footfall.planning.compliance.compliant_rover import CompliantRover
-from footfall.planning.step.problem import Status
 from footfall.terrain.generate import plane
 
 LEG = 2

@@ -13,7 +13,8 @@ from benchmarks.steps.quality import planned
 from benchmarks.steps.search import Posed, pose
 from benchmarks.steps.unsolvable import farthest, out_of_reach, shut_in
 from footfall.core.frames import apply
-from footfall.planning.step.problem import Status, StepSettings
+from footfall.planning.answers import Status
+from footfall.planning.step.problem import StepSettings
 from footfall.planning.step.shut_in import shut_in as barred
 from footfall.robot.collision import CollisionScene
 from footfall.robot.kinematics import leg_wheel_pose

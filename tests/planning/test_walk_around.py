@@ -11,7 +11,7 @@ from hypothesis import strategies as st
 
 import footfall
 from footfall.core.grid import GridGeometry
-from footfall.planning.step.problem import Status
+from footfall.planning.answers import Status
 from footfall.planning.walk.around import (
     CELL,
     ChassisCosts,

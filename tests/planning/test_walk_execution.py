@@ -9,6 +9,7 @@ import footfall
 from footfall.core.errors import Cancelled, InvalidInput
 from footfall.core.frames import apply, transform
 from footfall.io.artifacts import decode, encode
+from footfall.planning.answers import Check, Status
 from footfall.planning.compliance.compliant_rover import CompliantRover
 from footfall.planning.compliance.from_telemetry import measured
 from footfall.planning.compliance.predict import advanced, predict
@@ -17,7 +18,7 @@ from footfall.planning.execution.body_plan import body_executed
 from footfall.planning.execution.execution_settings import ExecutionSettings
 from footfall.planning.stance.body_move import No
 from footfall.planning.stance.move import BodyMovePlan
-from footfall.planning.step.problem import Check, Status, StepPlan
+from footfall.planning.step.problem import StepPlan
 from footfall.planning.walk.parts import parts_of, stay
 from footfall.planning.walk.problem import WalkGoal
 from footfall.planning.walk_execution.onward import next_that_moves, onward

@@ -12,7 +12,7 @@ from scipy.spatial import KDTree
 import footfall
 from footfall.core.errors import InvalidInput
 from footfall.core.value import flatten, unflatten
-from footfall.planning.step.problem import Status
+from footfall.planning.answers import Status
 from footfall.planning.walk.footfalls import Footfalls, footfalls
 from footfall.planning.walk.footprint import footprint
 from footfall.planning.walk.ground_cost import HOUR, costed, roughness_under

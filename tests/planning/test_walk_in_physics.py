@@ -4,10 +4,10 @@ import numpy as np
 import pytest
 
 import footfall
+from footfall.planning.answers import Status
 from footfall.planning.execution.execution_settings import ExecutionSettings
 from footfall.planning.stance.body_move import plan_body_move
 from footfall.planning.stance.body_shift import BodyShift
-from footfall.planning.step.problem import Status
 from footfall.planning.walk_execution.onward import onward
 from footfall.planning.walk_execution.plan import plan_walk_execution
 from footfall.planning.walk_execution.unpressed import unpressed

@@ -12,7 +12,7 @@ import footfall
 from benchmarks.walks.terrains import TRAINING, terrain
 from footfall.core.errors import InvalidInput, NotFound
 from footfall.core.value import Provenance, flatten, unflatten
-from footfall.planning.step.problem import Status
+from footfall.planning.answers import Status
 from footfall.planning.step.watch import OutOfTime, Watch
 from footfall.planning.walk import plan as planning
 from footfall.planning.walk import smooth

@@ -5,8 +5,8 @@ import pytest
 
 import footfall
 from footfall.core.frames import apply
+from footfall.planning.answers import Status
 from footfall.planning.execution.execution_settings import ExecutionSettings
-from footfall.planning.step.problem import Status
 from footfall.robot.kinematics import wheel_centers
 from footfall.telemetry.link import CommandMessage
 from footfall.terrain.generate import plane

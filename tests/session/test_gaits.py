@@ -1,7 +1,7 @@
 """A gait as a product of a session: asked for, recorded with its status, told whether it still fits, replayed."""
 
+from footfall.planning.answers import Status
 from footfall.planning.gait.problem import GaitSettings
-from footfall.planning.step.problem import Status
 from footfall.planning.walk.problem import WalkGoal
 from footfall.session.log.fold import fold_all
 from footfall.session.products.kinds import GAIT, SEQUENCE

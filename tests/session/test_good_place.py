@@ -4,7 +4,7 @@ from dataclasses import replace
 
 import numpy as np
 
-from footfall.planning.step.problem import Status
+from footfall.planning.answers import Status
 from footfall.robot.ik import contact_point
 from footfall.session.products.judged_footfall import decisive
 from footfall.session.replay.recompute import replay

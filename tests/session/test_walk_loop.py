@@ -11,8 +11,8 @@ from shapely.geometry import LineString, Point
 import footfall.session.walking as walking_module
 from footfall.core.errors import CommandRefused, Conflict, InvalidInput
 from footfall.core.frames import inverse, rotation, transform
+from footfall.planning.answers import Status
 from footfall.planning.route.problem import NoGo, RouteSettings
-from footfall.planning.step.problem import Status
 from footfall.planning.step.watch import OutOfTime, Watch
 from footfall.planning.walk import plan as planning
 from footfall.planning.walk.problem import WalkGoal, WalkSettings

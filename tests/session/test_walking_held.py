@@ -8,9 +8,9 @@ import pytest
 
 import footfall.session.walking as walking_module
 from footfall.core.errors import Conflict, InvalidInput
+from footfall.planning.answers import Status
 from footfall.planning.compliance.from_telemetry import holding
 from footfall.planning.execution.execution_settings import ExecutionSettings
-from footfall.planning.step.problem import Status
 from footfall.planning.walk.excerpt import end_of, parts_count
 from footfall.planning.walk.problem import WalkGoal, WalkSettings
 from footfall.robot.kinematics import wheel_centers

@@ -9,7 +9,7 @@ from typing import Any
 
 from footfall.core.progress import Progress
 from footfall.core.value import Value
-from footfall.planning.step.problem import Status
+from footfall.planning.answers import Status
 from footfall.session.jobs.local import InlineJobs
 from footfall.session.jobs.product_recipes import Recipe
 

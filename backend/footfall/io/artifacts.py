@@ -51,6 +51,10 @@ HOMES: dict[str, tuple[str, ...]] = {
     ),
     "footfall.maps.quality_settings": ("QualitySettings",),
     "footfall.maps.traversability": ("Traversability",),
+    "footfall.planning.answers": (
+        "Check",
+        "Status",
+    ),
     "footfall.planning.stance.body_shift": (
         "BodyShift",
         "PredictedState",
@@ -121,12 +125,10 @@ HOMES: dict[str, tuple[str, ...]] = {
         "WalkFigures",
     ),
     "footfall.planning.step.problem": (
-        "Check",
         "Decision",
         "Footfall",
         "NearestPlace",
         "PlanResult",
-        "Status",
         "StepPlan",
         "StepSettings",
     ),

@@ -2,7 +2,7 @@
 
 from collections.abc import Callable, Iterable, Mapping
 
-from footfall.planning.step.problem import Status
+from footfall.planning.answers import Status
 from footfall.session.answers.plans import ToCommand
 from footfall.session.log.event import Event
 from footfall.session.log.fold import SessionState

@@ -4,8 +4,8 @@ from collections.abc import Callable
 from dataclasses import replace
 from typing import TYPE_CHECKING
 
+from footfall.planning.answers import Status
 from footfall.planning.route.problem import RouteResult, RouteSettings
-from footfall.planning.step.problem import Status
 from footfall.planning.walk.problem import WalkGoal, WalkPlan
 from footfall.planning.walk_execution.decision import SoFar
 from footfall.session.jobs.job import Job

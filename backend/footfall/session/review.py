@@ -3,7 +3,8 @@
 import numpy as np
 from numpy.typing import NDArray
 
-from footfall.planning.step.problem import PlanResult, Status
+from footfall.planning.answers import Status
+from footfall.planning.step.problem import PlanResult
 from footfall.planning.walk.problem import WalkResult
 from footfall.sequence.commands import Sequence
 from footfall.session.answers.plans import MatchAnswer, ToCommand

@@ -6,8 +6,8 @@ from pydantic import Field
 
 from footfall.api.bodies.answers import Array
 from footfall.core.value import Value
+from footfall.planning.answers import Check, Status
 from footfall.planning.execution.problem import Execution
-from footfall.planning.step.problem import Check, Status
 from footfall.sequence.commands import Command, RuleResult
 from footfall.session.answers.commands import WheelAnswer
 from footfall.session.answers.notes import DigestText

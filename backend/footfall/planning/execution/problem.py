@@ -6,8 +6,9 @@ from numpy.typing import NDArray
 from footfall.core.errors import InvalidInput
 from footfall.core.product import Product
 from footfall.core.value import Provenance, Value, value
+from footfall.planning.answers import Check, Status
 from footfall.planning.stance.move import BodyMovePlan
-from footfall.planning.step.problem import Check, Status, StepPlan
+from footfall.planning.step.problem import StepPlan
 
 PHASES = ("unload", "lift", "swing", "lower", "load")
 BODY = "body"

@@ -6,9 +6,9 @@ import numpy as np
 
 from footfall.core.progress import Progress, no_progress
 from footfall.core.value import Provenance
+from footfall.planning.answers import Status
 from footfall.planning.gait.plan import plan_gait
 from footfall.planning.gait.problem import WAVE, GaitFailure, GaitPlan, GaitSettings
-from footfall.planning.step.problem import Status
 from footfall.planning.walk.problem import Blocked, Place, WalkGoal, WalkResult, WalkSettings
 from footfall.robot.model import Robot
 from footfall.telemetry.state import RobotState

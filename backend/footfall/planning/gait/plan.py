@@ -9,6 +9,7 @@ from numpy.typing import NDArray
 from footfall.core.errors import InvalidInput
 from footfall.core.progress import Progress, no_progress
 from footfall.core.value import Provenance
+from footfall.planning.answers import Status
 from footfall.planning.gait.failing import posture_over
 from footfall.planning.gait.gait_rows import GaitRows
 from footfall.planning.gait.layout import Layout, laid_out, placed
@@ -18,7 +19,6 @@ from footfall.planning.gait.settle import settled
 from footfall.planning.gait.step import Lack, gone_to, stepped
 from footfall.planning.gait.way import way_to
 from footfall.planning.step.ground import Nearby
-from footfall.planning.step.problem import Status
 from footfall.planning.walk.assemble import checks_of
 from footfall.planning.walk.foot_move import At
 from footfall.planning.walk.footprint import Footprint, footprint

@@ -17,6 +17,7 @@ from numpy.typing import NDArray
 
 from footfall.core.frames import heading
 from footfall.core.progress import Progress, no_progress
+from footfall.planning.answers import Status
 from footfall.planning.legged.foot_move import FootMove, Sample, chassis_way, move_at, plan_of, raised_line
 from footfall.planning.legged.glide import Feet, feet_of, level_poses, places
 from footfall.planning.legged.guide import Guide
@@ -28,7 +29,6 @@ from footfall.planning.legged.step import begun, of_measured, provenance, start_
 from footfall.planning.legged.through_body import through_body
 from footfall.planning.legged.walk import goal_refused
 from footfall.planning.legged.whole_check import Refusal, Tally
-from footfall.planning.step.problem import Status
 from footfall.planning.walk.problem import WalkGoal, goal_of
 from footfall.robot.legged.legged_robot import LeggedRobot
 from footfall.terrain.dem import Dem

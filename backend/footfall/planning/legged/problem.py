@@ -6,7 +6,7 @@ from numpy.typing import NDArray
 from footfall.core.bounds import require_above_zero, require_distances
 from footfall.core.errors import InvalidInput
 from footfall.core.value import Provenance, Value, value
-from footfall.planning.step.problem import Check, Status
+from footfall.planning.answers import Check, Status
 
 PHASES = ("body", "lift", "swing", "lower")
 

@@ -7,12 +7,12 @@ import numpy as np
 from footfall.core.errors import InvalidInput
 from footfall.core.frames import apply, heading
 from footfall.core.value import Provenance
+from footfall.planning.answers import Status
 from footfall.planning.legged.foot_move import foot_move, plan_of
 from footfall.planning.legged.footing import rest
 from footfall.planning.legged.problem import LeggedResult, LeggedSettings, LeggedState
 from footfall.planning.legged.stance import Ground, all_standing
 from footfall.planning.legged.whole_check import LIMIT_RESERVE, Refusal, Tally
-from footfall.planning.step.problem import Status
 from footfall.robot.legged.legged_robot import LeggedRobot
 from footfall.robot.legged.posture import placed
 from footfall.robot.tolerance import inside

@@ -13,6 +13,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from footfall.core.progress import Progress, no_progress
+from footfall.planning.answers import Status
 from footfall.planning.legged.chassis_poses import poses
 from footfall.planning.legged.foot_move import FootMove, Sample, chassis_way, foot_move, plan_of
 from footfall.planning.legged.guide import Guide, guide_to, wave
@@ -28,7 +29,6 @@ from footfall.planning.legged.step import (
     unchecked,
 )
 from footfall.planning.legged.whole_check import Refusal, Tally
-from footfall.planning.step.problem import Status
 from footfall.planning.walk.problem import WalkGoal, goal_of
 from footfall.robot.legged.legged_robot import LeggedRobot
 from footfall.terrain.dem import Dem

@@ -9,10 +9,10 @@ from numpy.typing import NDArray
 from footfall.balance.legged_effort import effort_ratio
 from footfall.balance.support import margin
 from footfall.core.frames import apply
+from footfall.planning.answers import Check
 from footfall.planning.legged.footing import rest_heights
 from footfall.planning.legged.over_ground import Surfaces
 from footfall.planning.legged.problem import LeggedSettings
-from footfall.planning.step.problem import Check
 from footfall.robot.legged.apart import BodyPairs
 from footfall.robot.legged.legged_robot import LeggedRobot
 from footfall.robot.legged.posture import Placed, placed

@@ -12,6 +12,7 @@ from footfall.core.errors import InvalidInput
 from footfall.core.progress import Progress, no_progress, part
 from footfall.core.value import Provenance
 from footfall.maps.traversability import traversability
+from footfall.planning.answers import Status
 from footfall.planning.route.coarse import cheapest_way
 from footfall.planning.route.cost import FitPlanes, cost_grid, marked_off
 from footfall.planning.route.feasible import (
@@ -24,7 +25,6 @@ from footfall.planning.route.feasible import (
 from footfall.planning.route.headings import Faced, faced, pieces
 from footfall.planning.route.problem import CostGrid, Route, RouteResult, RouteSettings
 from footfall.planning.route.turns import way_with_turns
-from footfall.planning.step.problem import Status
 from footfall.robot.legged.legged_robot import LeggedRobot
 from footfall.robot.model import Robot
 from footfall.telemetry.state import RobotState

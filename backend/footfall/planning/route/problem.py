@@ -10,7 +10,7 @@ from footfall.core.errors import InvalidInput
 from footfall.core.grid import GridGeometry
 from footfall.core.value import LATER, Provenance, Value, value
 from footfall.maps.layers import MapSettings
-from footfall.planning.step.problem import Status, require_answer
+from footfall.planning.answers import Status, require_answer
 
 COARSEST = 5.0
 """Cells of a route are at most so large [m]: larger than the rover they say nothing of the ground under it."""

@@ -10,6 +10,7 @@ from footfall.core.errors import InvalidInput
 from footfall.core.progress import Progress, no_progress
 from footfall.core.value import Provenance
 from footfall.maps.standing import STANDING_GAP, Contacts, contacts, standing, wheel_gaps
+from footfall.planning.answers import Check, Status
 from footfall.planning.stance.body_shift import BodyShift
 from footfall.planning.stance.checked import MoveCheck
 from footfall.planning.stance.follow import Followed, Obstacle, follow
@@ -18,7 +19,6 @@ from footfall.planning.stance.move_checks import recheck
 from footfall.planning.stance.shift import obstacle_in_words, require_same_robot, require_shift
 from footfall.planning.stance.whole_body import FAR, WholeBody
 from footfall.planning.step.ground import GroundRefused, nearby
-from footfall.planning.step.problem import Check, Status
 from footfall.planning.step.watch import OutOfTime, Watch
 from footfall.robot.kinematics import wheel_centers
 from footfall.robot.model import Robot

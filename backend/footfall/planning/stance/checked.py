@@ -2,7 +2,7 @@
 
 from dataclasses import dataclass
 
-from footfall.planning.step.problem import Check
+from footfall.planning.answers import Check
 
 
 @dataclass(frozen=True)

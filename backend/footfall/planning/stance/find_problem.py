@@ -6,9 +6,10 @@ from footfall.balance.friction import FRICTION
 from footfall.core.bounds import require_above_zero, require_not_negative
 from footfall.core.errors import InvalidInput
 from footfall.core.value import Provenance, Value, before, value
+from footfall.planning.answers import Check, Status, require_answer
 from footfall.planning.stance.body_shift import BodyShift
 from footfall.planning.stance.move import JOINT_RESERVE, REACH_RESERVE, BodyMovePlan, BodyMoveSettings
-from footfall.planning.step.problem import Check, Footfall, Status, require_answer
+from footfall.planning.step.problem import Footfall
 
 
 @value

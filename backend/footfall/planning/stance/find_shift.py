@@ -10,6 +10,7 @@ from footfall.core.beside import beside
 from footfall.core.errors import InvalidInput
 from footfall.core.progress import Progress, no_progress
 from footfall.core.value import Provenance
+from footfall.planning.answers import Status
 from footfall.planning.stance.body_move import CheckedMove, No, StandingRover, checked, followed, plan_of, stance_of
 from footfall.planning.stance.body_shift import BodyShift
 from footfall.planning.stance.find_problem import FindShiftSettings, ShiftResult
@@ -20,7 +21,7 @@ from footfall.planning.stance.shift_search import Ranked, search
 from footfall.planning.stance.step_ends import StepEnds
 from footfall.planning.stance.violations import StepViolations, largest
 from footfall.planning.step.ground import GroundRefused, footfall_contact
-from footfall.planning.step.problem import Footfall, Status
+from footfall.planning.step.problem import Footfall
 from footfall.planning.step.watch import OutOfTime, Watch
 from footfall.robot.model import Robot
 from footfall.telemetry.state import RobotState

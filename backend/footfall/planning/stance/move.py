@@ -9,8 +9,8 @@ from footfall.balance.friction import FRICTION
 from footfall.core.bounds import require_above_zero, require_not_negative
 from footfall.core.product import Product
 from footfall.core.value import Provenance, Value, before, value
+from footfall.planning.answers import Check, Status, require_answer
 from footfall.planning.stance.body_shift import BodyShift
-from footfall.planning.step.problem import Check, Status, require_answer
 
 REACH_RESERVE = 0.02
 """What a move of the chassis leaves every leg short of straight, unless asked otherwise [m]; `stand` leaves 3 cm."""

@@ -16,6 +16,7 @@ from footfall.balance.support import margins
 from footfall.balance.torques import torque_margin
 from footfall.core.frames import apply, inverse
 from footfall.maps.standing import Contacts
+from footfall.planning.answers import Check
 from footfall.planning.stance.checked import MoveCheck
 from footfall.planning.stance.follow import DRIFT, base_path, reaches_back
 from footfall.planning.stance.move import BodyMoveSettings
@@ -24,7 +25,6 @@ from footfall.planning.stance.whole_body import NearestGap, WholeBody
 from footfall.planning.step.edges import samples
 from footfall.planning.step.ground import Nearby
 from footfall.planning.step.lift import LARGEST_STEP
-from footfall.planning.step.problem import Check
 from footfall.planning.step.verify import TORQUE_SAMPLING
 from footfall.robot.description import link_name
 from footfall.robot.kinematics import center_of_mass

@@ -9,10 +9,10 @@ from collections.abc import Iterable, Sequence
 import numpy as np
 
 from footfall.core.beside import beside
+from footfall.planning.answers import Check
 from footfall.planning.stance.checked import MoveCheck
 from footfall.planning.stance.move import BodyMoveSettings
 from footfall.planning.step.edges import Array
-from footfall.planning.step.problem import Check
 from footfall.robot.model import Robot
 from footfall.robot.reserve import joint_reserves, reach_reserves
 

@@ -13,8 +13,8 @@ from numpy.typing import NDArray
 
 from footfall.core.beside import roughly
 from footfall.core.mesh import Mesh
+from footfall.planning.answers import Status
 from footfall.planning.step.ground_tiles import GroundTiles
-from footfall.planning.step.problem import Status
 from footfall.robot.model import Robot
 from footfall.terrain.dem import Dem
 from footfall.terrain.ground.surface import height_at, normal_at

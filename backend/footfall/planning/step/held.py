@@ -15,9 +15,9 @@ from footfall.balance.torques import TorqueCheck, torque_check
 from footfall.core.beside import beside
 from footfall.core.frames import apply
 from footfall.maps.standing import Contacts
+from footfall.planning.answers import Check
 from footfall.planning.step.edges import Array
 from footfall.planning.step.footing import LegStance, standing_feet, standing_legs
-from footfall.planning.step.problem import Check
 from footfall.robot.kinematics import center_of_mass
 
 NOTHING_HOLDS = "no contact forces inside friction hold the rover"

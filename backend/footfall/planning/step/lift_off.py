@@ -4,6 +4,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
+from footfall.planning.answers import Check, Status
 from footfall.planning.step.edges import Array
 from footfall.planning.step.escape import find_escape
 from footfall.planning.step.fast import compile_search
@@ -11,7 +12,7 @@ from footfall.planning.step.footing import LegStance, ground_near, impossible
 from footfall.planning.step.ground import GroundRefused
 from footfall.planning.step.held import unheld_lift
 from footfall.planning.step.lift import vertical
-from footfall.planning.step.problem import Check, Status, StepSettings
+from footfall.planning.step.problem import StepSettings
 from footfall.planning.step.rise import blocked_rise, rises
 from footfall.planning.step.situation import TRUE, Situation
 from footfall.planning.step.watch import Watch

@@ -15,6 +15,7 @@ import numpy as np
 from footfall.core.errors import InvalidInput
 from footfall.core.progress import Progress, no_progress
 from footfall.core.value import Provenance
+from footfall.planning.answers import Check, Status
 from footfall.planning.step.edges import Array
 from footfall.planning.step.footing import LegStance
 from footfall.planning.step.goals import ADVICE, Goal, Goals
@@ -22,16 +23,7 @@ from footfall.planning.step.ground import Contact, GroundRefused, footfall_conta
 from footfall.planning.step.lift_off import NotLifted, lift_off
 from footfall.planning.step.nearest_place import Place, nearest_place, place_in_words
 from footfall.planning.step.planners import REGISTRY, PlannerAnswer, SwingProblem
-from footfall.planning.step.problem import (
-    Check,
-    Decision,
-    Footfall,
-    PlanResult,
-    Point,
-    Status,
-    StepPlan,
-    StepSettings,
-)
+from footfall.planning.step.problem import Decision, Footfall, PlanResult, Point, StepPlan, StepSettings
 from footfall.planning.step.rise import space_of
 from footfall.planning.step.shut_in import shut_in
 from footfall.planning.step.situation import RAISED, Situation

@@ -2,7 +2,6 @@
 
 from collections.abc import Mapping
 from dataclasses import field
-from enum import Enum
 
 import numpy as np
 from numpy.typing import NDArray
@@ -11,7 +10,8 @@ from footfall.balance.friction import FRICTION
 from footfall.core.bounds import require_above_zero, require_not_negative
 from footfall.core.errors import InvalidInput
 from footfall.core.product import Product
-from footfall.core.value import LATER, Provenance, Value, before, value, value_enum
+from footfall.core.value import LATER, Provenance, Value, before, value
+from footfall.planning.answers import Check, Status, require_answer
 
 PLANNERS: Mapping[str, str] = {
     "auto": "line, then fast, then astar, then sbl: the first that leads to a plan that passes every check",
@@ -36,25 +36,6 @@ MOST_THROUGH = 20
 """Points that one swing may be asked to pass."""
 
 Point = tuple[float, float, float]
-
-
-@value_enum
-class Status(Enum):
-    """How planning ended. Only FOUND comes with a plan."""
-
-    FOUND = "found"
-    NO_PATH = "no_path"
-    TIME_LIMIT = "time_limit"
-    START_INVALID = "start_invalid"
-    GOAL_INVALID = "goal_invalid"
-    OFF_MAP = "off_map"
-    UNKNOWN_GROUND = "unknown_ground"
-
-
-def require_answer(status: Status, found: object, called: str = "a plan") -> None:
-    """Raises InvalidInput unless what was found is there with status FOUND, and only then."""
-    if (status is Status.FOUND) != (found is not None):
-        raise InvalidInput(f"{called} comes with status FOUND, and only then")
 
 
 @value
@@ -126,20 +107,6 @@ class Footfall(Value):
         """Raises InvalidInput for a negative leg, and for a place that is not finite."""
         if self.leg < 0 or not np.isfinite([self.x, self.y]).all():
             raise InvalidInput("a footfall needs a leg 0… and finite x and y [m]")
-
-
-@value
-class Check(Value):
-    """One thing that was checked. margin: positive = held by that much; NaN where it has no size.
-
-    where: where the margin is least (waypoint, phase, pair of links…), for a person.
-    """
-
-    name: str
-    holds: bool
-    margin: float
-    unit: str
-    where: str
 
 
 @value

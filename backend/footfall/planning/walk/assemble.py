@@ -6,7 +6,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from footfall.core.value import Provenance
-from footfall.planning.step.problem import Check
+from footfall.planning.answers import Check
 from footfall.planning.walk.foot_move import At, BodyWay, Moved
 from footfall.planning.walk.problem import BODY, LIFT, LOWER, SWING, WalkGoal, WalkPlan, WalkSettings, part_name
 

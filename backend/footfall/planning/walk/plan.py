@@ -15,8 +15,8 @@ from footfall.core.beside import roughly
 from footfall.core.errors import InvalidInput
 from footfall.core.progress import Progress, no_progress
 from footfall.core.value import Provenance
+from footfall.planning.answers import Check, Status
 from footfall.planning.step.ground import Nearby
-from footfall.planning.step.problem import Check, Status
 from footfall.planning.step.watch import OutOfTime, Watch
 from footfall.planning.walk.around import NoWay, cost_grid, is_easy, way_around
 from footfall.planning.walk.assemble import checks_of, walk_of

@@ -13,7 +13,7 @@ from footfall.balance.balance_settings import BalanceSettings
 from footfall.balance.tether import Tether
 from footfall.balance.torques import torque_check
 from footfall.core.value import Provenance
-from footfall.planning.step.problem import Check, Status
+from footfall.planning.answers import Check, Status
 from footfall.planning.walk.foot_move import At
 from footfall.planning.walk.footprint import footprint
 from footfall.planning.walk.hung import Hung

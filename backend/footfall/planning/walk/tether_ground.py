@@ -5,7 +5,7 @@ from numpy.typing import NDArray
 
 from footfall.balance.tether import Tether
 from footfall.core.frames import apply
-from footfall.planning.step.problem import Check
+from footfall.planning.answers import Check
 from footfall.terrain.dem import Dem
 from footfall.terrain.ground.surface import height_at
 

@@ -10,9 +10,9 @@ from footfall.balance.tether import SHORTEST, Tether
 from footfall.balance.torques import torque_check
 from footfall.core.beside import roughly
 from footfall.core.frames import apply
+from footfall.planning.answers import Status
 from footfall.planning.scene.rover_kernel import place_rover
 from footfall.planning.scene.tether_kernel import DECK, tether_spare
-from footfall.planning.step.problem import Status
 from footfall.planning.walk.foot_move import At
 from footfall.planning.walk.problem import WalkGoal
 from footfall.planning.walk.world import World

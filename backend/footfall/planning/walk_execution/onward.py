@@ -5,8 +5,8 @@ from dataclasses import dataclass
 from numpy.typing import ArrayLike
 
 from footfall.core.progress import Progress, no_progress, part
+from footfall.planning.answers import Status
 from footfall.planning.execution.execution_settings import ExecutionSettings
-from footfall.planning.step.problem import Status
 from footfall.planning.walk.plan import plan_walk
 from footfall.planning.walk.problem import WalkPlan, WalkSettings
 from footfall.planning.walk_execution.plan import foot_moves_of, plan_walk_execution

@@ -8,6 +8,7 @@ from numpy.typing import ArrayLike
 from footfall.core.errors import InvalidInput
 from footfall.core.progress import Progress, no_progress, part
 from footfall.core.value import Provenance
+from footfall.planning.answers import Check, Status
 from footfall.planning.compliance.compliant_rover import RestingRover
 from footfall.planning.execution.begin import REACH_OUT, Beginning, beginning, require_fit
 from footfall.planning.execution.body_course import ENDS, NEAREST
@@ -17,7 +18,7 @@ from footfall.planning.execution.plan import Executed, executed
 from footfall.planning.execution.problem import BodyExecution, Execution
 from footfall.planning.stance.body_move import No
 from footfall.planning.stance.move import BodyMovePlan
-from footfall.planning.step.problem import Check, Status, StepPlan
+from footfall.planning.step.problem import StepPlan
 from footfall.planning.walk.parts import parts_of, stay
 from footfall.planning.walk.problem import WalkPlan, part_name
 from footfall.planning.walk_execution.off_walk import off_walk

@@ -5,8 +5,8 @@ import numpy as np
 from footfall.core.errors import InvalidInput
 from footfall.core.product import Product
 from footfall.core.value import Provenance, Value, value
+from footfall.planning.answers import Check, Status
 from footfall.planning.execution.problem import BodyExecution, Execution, Predicted, require_execution
-from footfall.planning.step.problem import Check, Status
 
 
 @value

@@ -13,8 +13,8 @@ from typing import Any
 from footfall.core.errors import InvalidInput
 from footfall.core.progress import Progress, part, preview_of
 from footfall.core.value import Value
+from footfall.planning.answers import Status
 from footfall.planning.execution.execution_settings import MODES
-from footfall.planning.step.problem import Status
 from footfall.session.jobs.requests import (
     BodyMoveRequest,
     ExecutionRequest,

@@ -7,9 +7,9 @@ import numpy as np
 from numpy.typing import NDArray
 
 from footfall.core.errors import Conflict, InvalidInput, NotFound
+from footfall.planning.answers import Status
 from footfall.planning.execution.execution_settings import MODES, ExecutionSettings
 from footfall.planning.execution.problem import BodyExecutionResult, ExecutionResult
-from footfall.planning.step.problem import Status
 from footfall.sequence.commands import Sequence
 from footfall.session.answers.plans import WayMode, WayOfCommands
 from footfall.session.core import SessionCore, present

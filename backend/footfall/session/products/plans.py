@@ -3,8 +3,9 @@
 from collections.abc import Sequence as Listed
 
 from footfall.core.errors import Conflict, InvalidInput, NotFound
+from footfall.planning.answers import Status
 from footfall.planning.step.alternatives import KINDS, asked_otherwise
-from footfall.planning.step.problem import Footfall, PlanResult, Point, Status, StepPlan, StepSettings
+from footfall.planning.step.problem import Footfall, PlanResult, Point, StepPlan, StepSettings
 from footfall.session.answers.plans import EndAnswer, PlanListed
 from footfall.session.choosing.choices import PageChoices
 from footfall.session.core import SessionCore, present

@@ -14,7 +14,7 @@ from footfall.core.progress import Progress, no_progress, part
 from footfall.core.value import Value
 from footfall.io.artifacts import decode
 from footfall.io.bundles import ARTIFACTS, Bundle
-from footfall.planning.step.problem import Status
+from footfall.planning.answers import Status
 from footfall.planning.step.watch import patience
 from footfall.session.jobs.product_recipes import PRODUCTS, Recipe, make
 from footfall.session.log.event import event_of

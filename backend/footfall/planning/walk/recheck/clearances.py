@@ -12,7 +12,7 @@ from numpy.typing import NDArray
 
 from footfall.core.frames import apply, transform
 from footfall.core.grid import GridGeometry
-from footfall.planning.step.problem import Check
+from footfall.planning.answers import Check
 from footfall.planning.walk.problem import LIFT, LOWER, SWING
 from footfall.planning.walk.recheck.apart import MovingBody, nearest
 from footfall.planning.walk.recheck.feet import DRIFT

@@ -6,7 +6,7 @@ import numpy as np
 from numpy.typing import NDArray
 from scipy.spatial.transform import Rotation
 
-from footfall.planning.step.problem import Check
+from footfall.planning.answers import Check
 from footfall.planning.walk.problem import Stance, part_name
 from footfall.planning.walk.recheck.motion import Motion
 from footfall.planning.walk.recheck.stretches import MotionStretch

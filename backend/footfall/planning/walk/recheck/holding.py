@@ -17,7 +17,7 @@ from scipy.spatial import ConvexHull, QhullError
 from footfall.balance.balance_settings import GRAVITY
 from footfall.balance.tether import Tether
 from footfall.core.errors import FootFallError
-from footfall.planning.step.problem import Check
+from footfall.planning.answers import Check
 from footfall.planning.walk.problem import Tethered, WalkSettings
 from footfall.planning.walk.recheck.feet import Worst
 from footfall.planning.walk.recheck.motion import Motion

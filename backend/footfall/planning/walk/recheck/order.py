@@ -4,7 +4,7 @@ from itertools import groupby
 
 import numpy as np
 
-from footfall.planning.step.problem import Check
+from footfall.planning.answers import Check
 from footfall.planning.walk.problem import BODY, LIFT, LOWER, SWING, Place, WalkSettings, part_name
 from footfall.planning.walk.recheck.motion import Motion
 from footfall.robot.model import Robot

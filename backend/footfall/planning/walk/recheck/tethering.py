@@ -6,7 +6,7 @@ import coal
 import numpy as np
 from numpy.typing import NDArray
 
-from footfall.planning.step.problem import Check
+from footfall.planning.answers import Check
 from footfall.planning.walk.problem import Tethered
 from footfall.planning.walk.recheck.apart import MovingBody
 from footfall.planning.walk.recheck.feet import Worst

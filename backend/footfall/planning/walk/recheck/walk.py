@@ -10,7 +10,7 @@ from collections.abc import Callable
 
 from footfall.balance.payload import ON_DECK
 from footfall.core.errors import InvalidInput
-from footfall.planning.step.problem import Check
+from footfall.planning.answers import Check
 from footfall.planning.walk.problem import WalkSettings
 from footfall.planning.walk.recheck import order
 from footfall.planning.walk.recheck.clearances import ClearanceCheck
