@@ -25,7 +25,7 @@ from footfall.planning.compliance.predict import advanced, predict
 from footfall.planning.execution.execution_settings import MODES, ExecutionSettings
 from footfall.planning.execution.plan import plan_execution
 from footfall.planning.execution.problem import Execution
-from footfall.planning.step.lift import vertical
+from footfall.planning.scene.lift import vertical
 from footfall.robot.kinematics import leg_wheel_pose
 from footfall.telemetry.state import RobotState
 from footfall.terrain.dem import Dem

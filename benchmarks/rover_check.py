@@ -20,11 +20,11 @@ from benchmarks.scenes import robot, rocks, standing
 from benchmarks.timing import SEED, Figure, machine
 from footfall.core.errors import InvalidInput
 from footfall.core.frames import rotation
+from footfall.planning.body.move_checks import LOCKED
+from footfall.planning.scene.ground import Nearby
 from footfall.planning.scene.rover_kernel import CLEAR, LIFTED, STANDING, TOUCHING, RoverTables, rovers_are_clear
 from footfall.planning.scene.rover_tables import rover_tables
-from footfall.planning.stance.move_checks import LOCKED
-from footfall.planning.stance.whole_body import WholeBody
-from footfall.planning.step.ground import Nearby
+from footfall.planning.scene.whole_body import WholeBody
 from footfall.robot.description import PARTS, link_name, with_payload
 from footfall.robot.model import Robot
 from footfall.telemetry.state import RobotState

@@ -11,9 +11,9 @@ from benchmarks.scenes import robot, rocks, standing
 from benchmarks.timing import SEED, Figure, seconds
 from footfall.core.frames import apply
 from footfall.planning.answers import Status
-from footfall.planning.stance.body_shift import ShiftRefused
-from footfall.planning.stance.find_problem import FindShiftSettings, ShiftResult
-from footfall.planning.step.ground import GroundRefused, footfall_contact
+from footfall.planning.body.body_shift import ShiftRefused
+from footfall.planning.body.find_problem import FindShiftSettings, ShiftResult
+from footfall.planning.scene.ground import GroundRefused, footfall_contact
 from footfall.planning.step.problem import StepSettings
 from footfall.robot.kinematics import wheel_centers
 

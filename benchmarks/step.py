@@ -21,8 +21,8 @@ from benchmarks.timing import SEED, Figure
 from footfall.core.frames import apply
 from footfall.maps.layers import REACHABLE_STABLE
 from footfall.planning.answers import Status
+from footfall.planning.scene.ground import Nearby
 from footfall.planning.step.footing import LegStance, ground_near
-from footfall.planning.step.ground import Nearby
 from footfall.planning.step.problem import PlanResult, StepSettings
 from footfall.planning.step.situation import Situation
 from footfall.robot.kinematics import wheel_centers

@@ -14,13 +14,13 @@ if TYPE_CHECKING:
     from footfall.io.scripting import make_sequence
     from footfall.io.terrain_files import read_terrain
     from footfall.planning.any_robot import compute_maps, plan_step, plan_walk, stand
+    from footfall.planning.body.body_move import plan_body_move
+    from footfall.planning.body.body_shift import BodyShift
+    from footfall.planning.body.find_shift import find_shift
+    from footfall.planning.body.shift import shifted_state
     from footfall.planning.execution.plan import plan_execution
     from footfall.planning.gait.plan import plan_gait
     from footfall.planning.route.plan import plan_route
-    from footfall.planning.stance.body_move import plan_body_move
-    from footfall.planning.stance.body_shift import BodyShift
-    from footfall.planning.stance.find_shift import find_shift
-    from footfall.planning.stance.shift import shifted_state
     from footfall.session.replay.recompute import replay
 
 # Compiled loops share the machine with other processes: threads that wait must sleep, not spin.
@@ -30,11 +30,11 @@ _where = {
     "load_robot": "footfall.io.any_robot",
     "read_terrain": "footfall.io.terrain_files",
     "stand": "footfall.planning.any_robot",
-    "BodyShift": "footfall.planning.stance.body_shift",
+    "BodyShift": "footfall.planning.body.body_shift",
     "Tether": "footfall.balance.tether",
-    "shifted_state": "footfall.planning.stance.shift",
-    "plan_body_move": "footfall.planning.stance.body_move",
-    "find_shift": "footfall.planning.stance.find_shift",
+    "shifted_state": "footfall.planning.body.shift",
+    "plan_body_move": "footfall.planning.body.body_move",
+    "find_shift": "footfall.planning.body.find_shift",
     "compute_maps": "footfall.planning.any_robot",
     "plan_step": "footfall.planning.any_robot",
     "plan_gait": "footfall.planning.gait.plan",

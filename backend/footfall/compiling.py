@@ -111,10 +111,10 @@ def _whole_rover(robot: Robot, ground: Dem, state: RobotState) -> None:
     from footfall.balance.balance_settings import BalanceSettings
     from footfall.balance.held import held_tables, placed_postures, postures_held
     from footfall.balance.held_kernel import held_at_once
+    from footfall.planning.scene.ground import Nearby
     from footfall.planning.scene.rover_kernel import rovers_are_clear
     from footfall.planning.scene.rover_tables import rover_tables
-    from footfall.planning.stance.whole_body import WholeBody
-    from footfall.planning.step.ground import Nearby
+    from footfall.planning.scene.whole_body import WholeBody
 
     qs, Ts_site_base = np.array([state.posture]), np.array([state.T_site_base])
     standing = np.ones((1, robot.leg_count), bool)

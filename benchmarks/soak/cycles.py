@@ -19,7 +19,7 @@ from benchmarks.soak.script import Interrupted, Listener, Script
 from footfall.api.access import BASE
 from footfall.io.artifacts import encode
 from footfall.io.terrain_files import write_terrain
-from footfall.planning.stance.stand import stand
+from footfall.planning.body.stand import stand
 from footfall.robot.ik import contact_point
 from footfall.session.jobs.local import InlineJobs
 from footfall.session.registry import Sessions

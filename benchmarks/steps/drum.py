@@ -15,8 +15,8 @@ from benchmarks.steps.figures import SOLVED_IN, chosen
 from benchmarks.steps.problem import StepProblem, build
 from benchmarks.steps.quality import planned, swing
 from benchmarks.steps.search import raw_search
+from footfall.planning.scene.ground import Nearby
 from footfall.planning.step.footing import LegStance, ground_near
-from footfall.planning.step.ground import Nearby
 from footfall.planning.step.problem import StepSettings
 from footfall.planning.step.situation import Situation
 

@@ -18,7 +18,7 @@ from benchmarks.steps.problem import beside_hip
 from benchmarks.timing import SEED, Figure
 from footfall.core.errors import InvalidInput
 from footfall.planning.answers import Status
-from footfall.planning.step import ground_tiles
+from footfall.planning.scene import ground_tiles
 from footfall.planning.step.problem import StepSettings
 from footfall.telemetry.state import RobotState
 from footfall.terrain.dem import Dem

@@ -10,7 +10,7 @@ import footfall
 from benchmarks import scenes
 from footfall.core.errors import InvalidInput
 from footfall.core.frames import apply, rotation, transform
-from footfall.planning.step.ground import GroundRefused, footfall_contact
+from footfall.planning.scene.ground import GroundRefused, footfall_contact
 from footfall.planning.step.target import candidates
 from footfall.robot.collision import CollisionScene
 from footfall.robot.description import with_payload

@@ -18,7 +18,7 @@ from numpy.typing import NDArray
 
 import footfall
 from benchmarks.steps.problem import Scene, StepProblem
-from footfall.planning.step.edges import length
+from footfall.planning.joint_path import length
 from footfall.planning.step.problem import PlanResult, StepPlan, StepSettings
 
 

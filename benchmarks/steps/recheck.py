@@ -23,7 +23,7 @@ from benchmarks.steps.quality import planned
 from benchmarks.steps.search import situation_of
 from benchmarks.timing import SEED, Figure
 from footfall.core.errors import InvalidInput
-from footfall.planning.step.edges import samples
+from footfall.planning.joint_path import samples
 from footfall.planning.step.problem import StepPlan
 from footfall.planning.step.situation import RAISED, TRUE
 from footfall.robot.collision import CollisionScene

@@ -13,13 +13,14 @@ import numpy as np
 from numpy.typing import NDArray
 
 from benchmarks.steps.problem import Scene, StepProblem
-from footfall.planning.step import with_ompl
-from footfall.planning.step.edges import Space, samples
-from footfall.planning.step.fast import escaped, searched
+from footfall.planning.joint_path import samples
+from footfall.planning.scene.ground import Contact, Nearby, footfall_contact
+from footfall.planning.scene.lift import branch_of, vertical
 from footfall.planning.step.footing import LegStance, ground_near, impossible
-from footfall.planning.step.ground import Contact, Nearby, footfall_contact
-from footfall.planning.step.lift import branch_of, vertical
 from footfall.planning.step.problem import StepSettings
+from footfall.planning.step.search import with_ompl
+from footfall.planning.step.search.edges import Space
+from footfall.planning.step.search.fast import escaped, searched
 from footfall.planning.step.situation import NO_GROUND, RAISED, TRUE, Situation
 from footfall.planning.step.target import candidates
 from footfall.planning.step.verify import recheck

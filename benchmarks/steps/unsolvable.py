@@ -15,7 +15,7 @@ import numpy as np
 
 from benchmarks.steps.problem import Scene, StepProblem
 from benchmarks.steps.search import Posed
-from footfall.planning.step.ground import Contact, footfall_contact
+from footfall.planning.scene.ground import Contact, footfall_contact
 from footfall.planning.step.situation import NO_GROUND
 from footfall.robot.collision import CollisionScene
 from footfall.robot.description import PARTS, link_name

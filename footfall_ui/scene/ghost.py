@@ -7,7 +7,7 @@ import viser
 from numpy.typing import NDArray
 
 from footfall.core.value import Value
-from footfall.planning.stance.follow import base_path
+from footfall.planning.body.follow import base_path
 from footfall.planning.step.problem import PlanResult, StepPlan
 from footfall.planning.walk.problem import WalkPlan, WalkResult
 from footfall.robot.model import Robot

@@ -13,7 +13,7 @@ import viser
 from numpy.typing import NDArray
 
 from footfall.core.frames import quat_wxyz, rotation_from_quat_wxyz, transform
-from footfall.planning.stance.body_shift import BodyShift
+from footfall.planning.body.body_shift import BodyShift
 from footfall.session.answers.choices import What
 from footfall.session.choosing.hand import Held
 from footfall.terrain.dem import Dem

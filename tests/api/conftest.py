@@ -2,7 +2,7 @@
 
 import pytest
 
-from footfall.planning.stance.stand import stand
+from footfall.planning.body.stand import stand
 from footfall.session.registry import Sessions
 from footfall.terrain.generate import rock_field
 from tests.support.chassis_ground import wavy

@@ -21,7 +21,7 @@ from footfall.api.door.front import Front
 from footfall.api.door.guard import refusal
 from footfall.core.errors import InvalidInput
 from footfall.io.account_store import FILE
-from footfall.planning.stance.stand import stand
+from footfall.planning.body.stand import stand
 from footfall.session.access.accounts import Accounts
 from footfall.session.access.identity import Identity, Role
 from footfall.terrain.generate import plane

@@ -20,7 +20,7 @@ def client(tmp_path_factory):
     """A client of a server whose current session has a rover that sags on gentle waves."""
 
     def prepare(sessions: Sessions) -> None:
-        from footfall.planning.stance.stand import stand
+        from footfall.planning.body.stand import stand
 
         live = sessions.create("sagging")
         dem = wavy(half=4.0)

@@ -11,7 +11,7 @@ import pytest
 
 from footfall.core.frames import apply
 from footfall.io.robot_files import load_robot
-from footfall.planning.stance.stand import stand
+from footfall.planning.body.stand import stand
 from footfall.planning.step.problem import GOAL_ORDERS, PLANNERS, StepSettings
 from footfall.robot.kinematics import wheel_centers
 from footfall.terrain.from_arrays import from_heights

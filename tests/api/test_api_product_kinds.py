@@ -13,7 +13,7 @@ from footfall.api.bodies.schemas import WhatIfOrder
 from footfall.api.bodies.settings_models import settings_value
 from footfall.api.kinds import SERVED, Asked, folder_of
 from footfall.api.routes import products
-from footfall.planning.stance.body_shift import BodyShift
+from footfall.planning.body.body_shift import BodyShift
 from footfall.session.access.identity import Role
 from footfall.session.answers.fits import UpToDateAnswer
 from footfall.session.answers.sessions import SessionAnswer

@@ -7,7 +7,7 @@ from websockets.sync.client import connect
 from websockets.typing import Subprotocol
 
 from footfall.io.robot_files import load_robot
-from footfall.planning.stance.stand import stand
+from footfall.planning.body.stand import stand
 from footfall.telemetry.link import EpochMessage, HelloMessage, encode
 from footfall.telemetry.state import TelemetryFrame
 from footfall.terrain.generate import plane

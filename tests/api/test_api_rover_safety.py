@@ -16,7 +16,7 @@ from websockets.typing import Subprotocol
 from footfall.api.auth.who import PAGE_HEADER
 from footfall.api.routes import rover as link_end
 from footfall.core.errors import InvalidImages
-from footfall.planning.stance.stand import stand
+from footfall.planning.body.stand import stand
 from footfall.robot.ik import contact_point
 from footfall.session.rover.linked import LinkedRover
 from footfall.session.storage.store import SessionStore

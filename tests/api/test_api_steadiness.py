@@ -9,7 +9,7 @@ from footfall.balance.region import equilibrium_region, region_margin
 from footfall.core.errors import NotFound
 from footfall.core.frames import apply
 from footfall.maps.standing import contacts
-from footfall.planning.stance.stand import stand
+from footfall.planning.body.stand import stand
 from footfall.robot.kinematics import center_of_mass, wheel_centers
 from footfall.session.core import present
 from footfall.session.jobs.local import InlineJobs

@@ -6,8 +6,8 @@ import numpy as np
 import pytest
 
 from footfall.core.frames import apply
+from footfall.planning.body.stand import stand
 from footfall.planning.compliance.compliant_rover import CompliantRover
-from footfall.planning.stance.stand import stand
 from footfall.robot.kinematics import wheel_centers
 from footfall.session.registry import Sessions
 from footfall.telemetry.state import TelemetryFrame

@@ -16,7 +16,7 @@ from websockets.sync.client import connect
 from footfall.api import mailbox
 from footfall.api.mailbox import Mailbox
 from footfall.api.streams import RATE, Streams, session_stream
-from footfall.planning.stance.stand import stand
+from footfall.planning.body.stand import stand
 from footfall.session.jobs.local import InlineJobs
 from footfall.session.registry import Sessions
 from footfall.telemetry.state import TelemetryFrame

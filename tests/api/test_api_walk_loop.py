@@ -7,12 +7,12 @@ import pytest
 from footfall.api.bodies.walk_schemas import WalkLoopOrder
 from footfall.core.errors import InvalidBundle
 from footfall.io.artifacts import encode
+from footfall.planning.body.stand import stand
 from footfall.planning.choice.actions import ACTIONS, WALK
 from footfall.planning.choice.choice_settings import ChoiceSettings
 from footfall.planning.choice.mdp import SeenTransition
 from footfall.planning.choice.onward import CHOOSERS
 from footfall.planning.choice.policy import learned
-from footfall.planning.stance.stand import stand
 from footfall.planning.walk.problem import WalkGoal
 from footfall.session.registry import Sessions
 from footfall.telemetry.state import TelemetryFrame

@@ -5,7 +5,7 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from footfall.planning.stance.stand import stand
+from footfall.planning.body.stand import stand
 from footfall.session.registry import Sessions
 from tests.support.chassis_ground import wavy
 from tests.support.jobs import finished, result

@@ -8,7 +8,7 @@ import pytest
 import footfall
 from footfall.core.frames import apply
 from footfall.planning.answers import Status
-from footfall.planning.stance.follow import DRIFT
+from footfall.planning.body.follow import DRIFT
 from footfall.robot.kinematics import wheel_centers
 from footfall.sequence.edit import Edit, apply_edit
 from footfall.sequence.make import make_sequence

@@ -24,8 +24,8 @@ from websockets.typing import Origin
 
 from footfall.core.frames import quat_wxyz
 from footfall.io.account_store import FILE
-from footfall.planning.stance.body_shift import BodyShift
-from footfall.planning.stance.stand import stand
+from footfall.planning.body.body_shift import BodyShift
+from footfall.planning.body.stand import stand
 from footfall.session.access.accounts import Accounts
 from footfall.session.access.identity import LOCAL, Identity, Role
 from footfall.session.answers.choices import ReadOutAnswer, What

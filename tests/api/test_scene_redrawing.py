@@ -8,7 +8,7 @@ from contextlib import closing, suppress
 import pytest
 import viser
 
-from footfall.planning.stance.stand import stand
+from footfall.planning.body.stand import stand
 from footfall.session.jobs.local import InlineJobs
 from footfall.session.registry import Sessions
 from footfall_ui.scene import Scene

@@ -11,7 +11,7 @@ import viser
 
 from footfall.core.errors import InvalidInput
 from footfall.core.frames import apply
-from footfall.planning.stance.stand import stand
+from footfall.planning.body.stand import stand
 from footfall.robot.kinematics import wheel_centers
 from footfall.sequence.commands import Sequence
 from footfall.session.access.acting import acting

@@ -6,8 +6,8 @@ from pathlib import Path
 
 from footfall.balance.balance_settings import BalanceSettings
 from footfall.balance.friction import FRICTION
-from footfall.planning.stance.find_problem import FindShiftSettings
-from footfall.planning.stance.move import BodyMoveSettings
+from footfall.planning.body.find_problem import FindShiftSettings
+from footfall.planning.body.move import BodyMoveSettings
 from footfall.planning.step.problem import StepSettings
 from footfall.sequence.sequence_settings import SequenceSettings
 from footfall.sim.physics.physics_settings import PhysicsSettings

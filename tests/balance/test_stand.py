@@ -7,8 +7,8 @@ from footfall.core.errors import InvalidInput, NotFound
 from footfall.core.frames import apply, rotation, transform
 from footfall.core.grid import GridGeometry
 from footfall.core.value import Provenance
-from footfall.planning.stance.stand import stand
-from footfall.planning.stance.under_links import ground_near_links
+from footfall.planning.body.stand import stand
+from footfall.planning.scene.under_links import ground_near_links
 from footfall.robot.collision import posture_collisions
 from footfall.robot.ik import contact_point
 from footfall.robot.kinematics import wheel_centers, wheel_pose

@@ -4,7 +4,7 @@ from collections.abc import Callable
 
 from playwright.sync_api import Page, expect
 
-from footfall.planning.stance.stand import stand
+from footfall.planning.body.stand import stand
 from tests.support.chassis_ground import wavy
 from tests.support.page_steps import as_shown, held, press
 from tests.support.server import Running

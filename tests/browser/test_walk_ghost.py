@@ -7,7 +7,7 @@ import numpy as np
 import pytest
 from playwright.sync_api import Page, expect
 
-from footfall.planning.stance.stand import stand
+from footfall.planning.body.stand import stand
 from footfall.planning.walk.problem import WalkGoal, WalkSettings
 from footfall.session.jobs.requests import WalkRequest
 from footfall.session.products.kinds import WALK

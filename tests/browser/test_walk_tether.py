@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 from playwright.sync_api import Page, expect
 
-from footfall.planning.stance.stand import stand
+from footfall.planning.body.stand import stand
 from tests.support.chassis_ground import wavy
 from tests.support.page_steps import figure, held, press
 from tests.support.server import Running

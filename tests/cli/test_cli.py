@@ -66,7 +66,7 @@ def test_map(level, tmp_path):
 
 def test_plan_step_and_export(level, tmp_path):
     from footfall.io.robot_files import load_robot
-    from footfall.planning.stance.stand import stand
+    from footfall.planning.body.stand import stand
     from footfall.robot.ik import contact_point
 
     robot, dem = load_robot("athlete"), read_terrain(level)

@@ -90,7 +90,7 @@ def test_replay_of_a_session_and_the_list(tmp_path):
     with Sessions(tmp_path, jobs=InlineJobs()) as sessions:
         live = sessions.create("by hand")
         live.terrains.load(plane(size=10.0, resolution=0.1))
-        from footfall.planning.stance.stand import stand
+        from footfall.planning.body.stand import stand
 
         live.stances.set(stand(live.robot, plane(size=10.0, resolution=0.1)))
         live.maps.compute(2).finish()

@@ -10,9 +10,9 @@ import pytest
 from footfall.core.frames import apply, transform
 from footfall.core.value import Provenance
 from footfall.io.artifacts import encode
+from footfall.planning.body.stand import stand
 from footfall.planning.execution.execution_settings import MODES, ExecutionSettings
 from footfall.planning.execution.plan import plan_execution
-from footfall.planning.stance.stand import stand
 from footfall.planning.step.plan import plan_step
 from footfall.robot.ik import solve_leg
 from footfall.robot.kinematics import leg_wheel_pose, wheel_centers

@@ -10,7 +10,7 @@ from typing import Any
 import pytest
 
 from footfall.maps.layers import MapStack
-from footfall.planning.stance.stand import stand
+from footfall.planning.body.stand import stand
 from footfall.session.jobs import recipes
 from footfall.session.jobs.local import InlineJobs
 from footfall.session.registry import Sessions

@@ -9,7 +9,7 @@ import numpy as np
 import pytest
 
 from footfall.io.terrain_files import read_terrain, write_terrain
-from footfall.planning.stance.stand import stand
+from footfall.planning.body.stand import stand
 from footfall.sim.render import render_snapshot
 from footfall.telemetry.calibration import CameraModel, PairCalibration
 from footfall.telemetry.link import state_object

@@ -108,7 +108,7 @@ def test_a_payload_that_can_t_be_held_is_refused_with_its_mass_and_place(waves):
 
 def test_what_stopped_a_walk_and_how_far_it_comes_are_told(waves, monkeypatch, athlete):
     from footfall.planning.answers import Check, Status
-    from footfall.planning.stance.stand import stand
+    from footfall.planning.body.stand import stand
     from footfall.planning.walk.problem import Blocked
     from tests.support.short_walks import short_walk
 

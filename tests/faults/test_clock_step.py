@@ -8,7 +8,7 @@ import pytest
 from benchmarks.soak.ledger import Ledger
 from benchmarks.soak.script import Script
 from footfall.io.terrain_files import write_terrain
-from footfall.planning.stance.stand import stand
+from footfall.planning.body.stand import stand
 from footfall.robot.ik import contact_point
 from footfall.session import folded_log
 from footfall.session.clock import ClockWatch

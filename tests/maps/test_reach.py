@@ -26,8 +26,8 @@ from footfall.maps.reach_classes import (
     UNSURE,
     WAYPOINT_COLLISION,
 )
-from footfall.planning.stance.stand import stand
-from footfall.planning.step.ground import Contact, footfall_contact
+from footfall.planning.body.stand import stand
+from footfall.planning.scene.ground import Contact, footfall_contact
 from footfall.planning.step.target import HEADINGS, candidates
 from footfall.robot.collision import CollisionScene
 from footfall.robot.description import PARTS, link_name

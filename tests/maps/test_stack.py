@@ -26,7 +26,7 @@ from footfall.maps.layers import (
     MapSettings,
 )
 from footfall.maps.reach import reach
-from footfall.planning.stance.stand import stand
+from footfall.planning.body.stand import stand
 from footfall.planning.step.leg_maps import compute_maps
 from footfall.robot.ik import contact_point, solve_leg, wheel_pose_for_contact
 from footfall.robot.kinematics import center_of_mass, wheel_centers

@@ -7,7 +7,7 @@ from footfall.core.errors import InvalidInput
 from footfall.core.grid import GridGeometry
 from footfall.core.value import Provenance
 from footfall.maps.standing import LOWEST_PART, standing, wheel_gaps
-from footfall.planning.stance.stand import stand
+from footfall.planning.body.stand import stand
 from footfall.robot.ik import contact_point
 from footfall.terrain.dem import Dem
 

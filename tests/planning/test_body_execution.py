@@ -14,6 +14,8 @@ from footfall.core.errors import Cancelled, InvalidInput
 from footfall.core.frames import apply, rotation_rpy, transform
 from footfall.io.artifacts import decode, encode
 from footfall.planning.answers import Status
+from footfall.planning.body.body_move import No, plan_body_move
+from footfall.planning.body.body_shift import BodyShift
 from footfall.planning.compliance.compliance_settings import ComplianceSettings
 from footfall.planning.compliance.compliant_rover import CompliantRover
 from footfall.planning.compliance.from_telemetry import measured
@@ -23,8 +25,6 @@ from footfall.planning.execution.body_course import ENDS, LEAST_FORCE, LEAST_TOR
 from footfall.planning.execution.body_plan import body_executed, plan_body_execution
 from footfall.planning.execution.execution_settings import ExecutionSettings
 from footfall.planning.execution.prediction_checks import WORSE
-from footfall.planning.stance.body_move import No, plan_body_move
-from footfall.planning.stance.body_shift import BodyShift
 from footfall.robot.kinematics import center_of_mass, wheel_centers
 from footfall.robot.model import Robot
 from footfall.sequence.of_execution import sequence_of_execution

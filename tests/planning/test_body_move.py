@@ -10,10 +10,10 @@ from footfall.core.errors import Cancelled, InvalidInput
 from footfall.io.artifacts import decode, encode
 from footfall.maps.standing import contacts
 from footfall.planning.answers import Status
-from footfall.planning.stance.body_move import plan_body_move
-from footfall.planning.stance.body_shift import BodyShift, PredictedState
-from footfall.planning.stance.move import BodyMoveSettings
-from footfall.planning.stance.shift import shifted_state
+from footfall.planning.body.body_move import plan_body_move
+from footfall.planning.body.body_shift import BodyShift, PredictedState
+from footfall.planning.body.move import BodyMoveSettings
+from footfall.planning.body.shift import shifted_state
 from footfall.robot.collision import posture_collisions
 from footfall.robot.kinematics import center_of_mass, link_poses
 from footfall.telemetry.state import RobotState

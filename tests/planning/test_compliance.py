@@ -17,7 +17,7 @@ from footfall.planning.compliance.compliance_settings import ComplianceSettings
 from footfall.planning.compliance.compliant_rover import CompliantRover
 from footfall.planning.compliance.from_telemetry import ALIKE, DOUBT, MOST_SOFTER, UNEXPLAINED, measured, softer_by
 from footfall.planning.compliance.predict import advanced, predict
-from footfall.planning.step.lift import vertical
+from footfall.planning.scene.lift import vertical
 from footfall.robot.description import with_payload
 from footfall.robot.kinematics import center_of_mass, gravity_torques, wheel_centers
 from footfall.robot.model import Robot

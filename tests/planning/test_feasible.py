@@ -15,10 +15,10 @@ from footfall.balance.support import margin
 from footfall.core.errors import InvalidInput
 from footfall.core.grid import GridGeometry
 from footfall.maps.layers import MapSettings
+from footfall.planning.body.move import JOINT_RESERVE, REACH_RESERVE
 from footfall.planning.route import feasible, feasible_kernel
 from footfall.planning.route.leg_places import LEGS, leg_places
 from footfall.planning.route.problem import NoGo, RouteSettings
-from footfall.planning.stance.move import JOINT_RESERVE, REACH_RESERVE
 from footfall.robot.ik import solve_leg, wheel_pose_for_contact
 from footfall.robot.reserve import joint_reserves, reach_reserves
 from footfall.terrain.from_arrays import from_heights

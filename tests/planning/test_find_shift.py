@@ -10,12 +10,12 @@ from footfall.core.errors import Cancelled, InvalidInput
 from footfall.io.artifacts import decode, encode
 from footfall.maps.standing import contacts
 from footfall.planning.answers import Status
-from footfall.planning.stance.body_move import plan_body_move
-from footfall.planning.stance.body_shift import BodyShift, PredictedState
-from footfall.planning.stance.find_problem import FindShiftSettings
-from footfall.planning.stance.find_shift import find_shift
-from footfall.planning.stance.shift import shifted_state
-from footfall.planning.stance.shift_search import search
+from footfall.planning.body.body_move import plan_body_move
+from footfall.planning.body.body_shift import BodyShift, PredictedState
+from footfall.planning.body.find_problem import FindShiftSettings
+from footfall.planning.body.find_shift import find_shift
+from footfall.planning.body.shift import shifted_state
+from footfall.planning.body.shift_search import search
 from footfall.planning.step.plan import plan_step
 from footfall.planning.step.problem import StepSettings
 from footfall.robot.ik import solve_leg, wheel_pose_for_contact

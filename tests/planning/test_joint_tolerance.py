@@ -10,11 +10,11 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from footfall.planning.answers import Status
-from footfall.planning.stance.body_move import plan_body_move
-from footfall.planning.stance.body_shift import BodyShift, PredictedState
-from footfall.planning.stance.find_shift import find_shift
-from footfall.planning.stance.shift import shifted_state
-from footfall.planning.stance.stand import stand
+from footfall.planning.body.body_move import plan_body_move
+from footfall.planning.body.body_shift import BodyShift, PredictedState
+from footfall.planning.body.find_shift import find_shift
+from footfall.planning.body.shift import shifted_state
+from footfall.planning.body.stand import stand
 from footfall.planning.step.plan import plan_step
 from footfall.robot.ik import contact_point
 from footfall.robot.model import Robot

@@ -9,8 +9,8 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from footfall.planning.answers import Status
-from footfall.planning.stance.stand import stand
-from footfall.planning.step.ground import Contact, footfall_contact
+from footfall.planning.body.stand import stand
+from footfall.planning.scene.ground import Contact, footfall_contact
 from footfall.planning.step.nearest_place import FARTHEST, nearest_place, place_in_words
 from footfall.planning.step.plan import plan_step
 from footfall.planning.step.problem import NearestPlace

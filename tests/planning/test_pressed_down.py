@@ -9,6 +9,7 @@ import footfall
 from footfall.balance.forces import equilibrium_matrix
 from footfall.core.frames import apply
 from footfall.planning.answers import Status
+from footfall.planning.body.body_move import No
 from footfall.planning.compliance.compliant_rover import CompliantRover
 from footfall.planning.compliance.from_telemetry import wheel_arms
 from footfall.planning.execution.begin import REACH_OUT, beginning
@@ -16,7 +17,6 @@ from footfall.planning.execution.course import PRESSED_DOWN
 from footfall.planning.execution.execution_settings import ExecutionSettings
 from footfall.planning.execution.forces import WELL_INSIDE, Holder
 from footfall.planning.execution.plan import executed
-from footfall.planning.stance.body_move import No
 from footfall.planning.walk_execution.unpressed import unpressed
 from tests.support.chassis_ground import wavy
 

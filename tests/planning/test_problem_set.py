@@ -16,7 +16,7 @@ from benchmarks.steps.recheck import Tally, recheck, rechecked, tallies
 from benchmarks.steps.search import pose, situation_of
 from footfall.core.errors import InvalidInput
 from footfall.planning.answers import Status
-from footfall.planning.step.edges import samples
+from footfall.planning.joint_path import samples
 from footfall.robot.collision import CollisionScene
 from footfall.robot.kinematics import leg_link_poses
 

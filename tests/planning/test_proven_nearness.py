@@ -5,13 +5,13 @@ import pytest
 
 import footfall
 from footfall.core.frames import rotation
-from footfall.planning.stance import whole_body
-from footfall.planning.stance.ground_piece import GroundPiece
-from footfall.planning.stance.least import least
-from footfall.planning.stance.nearest_kernel import ground_bounds, near_triangles, own_bounds
-from footfall.planning.stance.whole_body import WholeBody
-from footfall.planning.step.ground import Nearby
-from footfall.planning.step.solids import distance
+from footfall.planning.scene import whole_body
+from footfall.planning.scene.ground import Nearby
+from footfall.planning.scene.ground_piece import GroundPiece
+from footfall.planning.scene.least import least
+from footfall.planning.scene.nearest_kernel import ground_bounds, near_triangles, own_bounds
+from footfall.planning.scene.solids import distance
+from footfall.planning.scene.whole_body import WholeBody
 from footfall.robot.bvh import bvh
 from footfall.robot.description import PARTS, link_name, with_payload
 from footfall.robot.model import Robot

@@ -17,7 +17,7 @@ from footfall.balance.torques import torque_margin
 from footfall.core.errors import InvalidInput
 from footfall.core.frames import apply, rotation, transform
 from footfall.core.value import fields_of
-from footfall.planning.stance.body_shift import BodyShift
+from footfall.planning.body.body_shift import BodyShift
 from footfall.planning.walk.problem import LIFT, SWING, Place, Stance, WalkGoal, WalkPlan
 from footfall.planning.walk.recheck.apart import MovingBody, distance, nearest
 from footfall.planning.walk.recheck.clearances import LOCKED, ClearanceCheck

@@ -22,7 +22,7 @@ from footfall.planning.scene.rover_kernel import (
     rovers_are_clear,
 )
 from footfall.planning.scene.rover_tables import named, rover_tables
-from footfall.planning.stance.whole_body import WholeBody
+from footfall.planning.scene.whole_body import WholeBody
 from footfall.robot import kinematics
 from footfall.robot.collision import posture_collisions
 from footfall.robot.description import PARTS, link_name, with_payload

@@ -7,6 +7,7 @@ import pytest
 
 from footfall.core.errors import InvalidInput
 from footfall.core.frames import apply
+from footfall.planning.body.stand import stand
 from footfall.planning.compliance.compliant_rover import CompliantRover
 from footfall.planning.compliance.from_telemetry import UNEXPLAINED
 from footfall.planning.execution.seen_clearance import (
@@ -16,7 +17,6 @@ from footfall.planning.execution.seen_clearance import (
     clearance_of,
     seen_clearance,
 )
-from footfall.planning.stance.stand import stand
 from footfall.robot.kinematics import wheel_centers
 from footfall.terrain.generate import plane
 from tests.support.chassis_ground import wavy

@@ -9,12 +9,12 @@ import pytest
 import footfall
 from footfall.core.value import flatten
 from footfall.planning.answers import Status
-from footfall.planning.stance.body_move import plan_body_move
-from footfall.planning.stance.body_shift import BodyShift, PredictedState
-from footfall.planning.stance.find_problem import FindShiftSettings
-from footfall.planning.stance.find_shift import find_shift
-from footfall.planning.stance.move import BodyMoveSettings
-from footfall.planning.stance.shift import shifted_state
+from footfall.planning.body.body_move import plan_body_move
+from footfall.planning.body.body_shift import BodyShift, PredictedState
+from footfall.planning.body.find_problem import FindShiftSettings
+from footfall.planning.body.find_shift import find_shift
+from footfall.planning.body.move import BodyMoveSettings
+from footfall.planning.body.shift import shifted_state
 from footfall.robot.ik import contact_point
 from footfall.robot.reserve import joint_reserves, reach_reserves
 from tests.support.chassis_ground import wavy

@@ -11,15 +11,15 @@ import pytest
 from footfall.core.errors import InvalidInput
 from footfall.core.frames import apply
 from footfall.planning.answers import Status
-from footfall.planning.stance.after import state_after
-from footfall.planning.stance.stand import stand
+from footfall.planning.body.after import state_after
+from footfall.planning.body.stand import stand
+from footfall.planning.joint_path import length
+from footfall.planning.scene.ground import Nearby
+from footfall.planning.scene.lift import branch_of, vertical
 from footfall.planning.step import escape as escape_module
 from footfall.planning.step.alternatives import CLEARER, HIGHER, KINDS, asked_otherwise
-from footfall.planning.step.edges import length
 from footfall.planning.step.escape import FINEST, LIFTS, find_escape
 from footfall.planning.step.footing import LegStance, ground_near
-from footfall.planning.step.ground import Nearby
-from footfall.planning.step.lift import branch_of, vertical
 from footfall.planning.step.plan import plan_step
 from footfall.planning.step.problem import PlanResult, StepPlan, StepSettings
 from footfall.planning.step.situation import Situation

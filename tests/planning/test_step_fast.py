@@ -21,19 +21,21 @@ from footfall.balance.torques import torque_check
 from footfall.core.frames import transform
 from footfall.core.value import flatten, unflatten
 from footfall.planning.answers import Status
-from footfall.planning.stance.stand import stand
-from footfall.planning.step import ground_tiles
-from footfall.planning.step.certificate import Certificate
-from footfall.planning.step.edges import Space, largest_change, length, samples
-from footfall.planning.step.fast import fast
+from footfall.planning.body.stand import stand
+from footfall.planning.joint_path import largest_change, length, samples
+from footfall.planning.latest_results import LatestResults
+from footfall.planning.scene import ground_tiles
+from footfall.planning.scene.certificate import Certificate
+from footfall.planning.scene.ground import Nearby
+from footfall.planning.scene.leg_free_kernel import balance_bend, balanced_span, edge_is_sure, margin_at
+from footfall.planning.scene.lift import vertical
+from footfall.planning.scene.solids import FAR
 from footfall.planning.step.footing import LegStance, ground_near
-from footfall.planning.step.ground import Nearby
-from footfall.planning.step.latest_results import LatestResults
-from footfall.planning.step.leg_free_kernel import balance_bend, balanced_span, edge_is_sure, margin_at
-from footfall.planning.step.lift import vertical
 from footfall.planning.step.plan import plan_step
 from footfall.planning.step.problem import StepSettings
-from footfall.planning.step.sbl_kernel import (
+from footfall.planning.step.search.edges import Space
+from footfall.planning.step.search.fast import fast
+from footfall.planning.step.search.sbl_kernel import (
     AROUND,
     COUNT,
     GROWING,
@@ -45,9 +47,8 @@ from footfall.planning.step.sbl_kernel import (
     planted,
     route,
 )
-from footfall.planning.step.shortcut_kernel import shortened
+from footfall.planning.step.search.shortcut_kernel import shortened
 from footfall.planning.step.situation import NO_GROUND, RAISED, TRUE, Situation
-from footfall.planning.step.solids import FAR
 from footfall.planning.step.verify import SAMPLING, recheck
 from footfall.robot.bvh import bvh
 from footfall.robot.clearance import MODES

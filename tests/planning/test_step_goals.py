@@ -8,17 +8,17 @@ from hypothesis import strategies as st
 from footfall.core.errors import InvalidInput
 from footfall.core.value import flatten, unflatten
 from footfall.planning.answers import Status
-from footfall.planning.stance.stand import stand
+from footfall.planning.body.stand import stand
+from footfall.planning.scene.ground import Contact, Nearby, footfall_contact
+from footfall.planning.scene.lift import branch_of, vertical
 from footfall.planning.step.footing import LegStance, ground_near
 from footfall.planning.step.goals import ALIKE, Goals
-from footfall.planning.step.ground import Contact, Nearby, footfall_contact
-from footfall.planning.step.lift import branch_of, vertical
 from footfall.planning.step.plan import plan_step
 from footfall.planning.step.problem import GOAL_ORDERS, StepSettings
 from footfall.planning.step.rise import rises
 from footfall.planning.step.situation import TRUE, Situation
 from footfall.planning.step.target import candidates
-from footfall.planning.step.watch import Watch
+from footfall.planning.watch import Watch
 from footfall.robot.collision import CollisionScene
 from tests.support.chassis_ground import wavy
 

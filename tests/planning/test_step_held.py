@@ -11,7 +11,7 @@ from footfall.balance.forces import distribute
 from footfall.balance.torques import torque_check
 from footfall.core.frames import apply
 from footfall.planning.answers import Status
-from footfall.planning.stance.stand import stand
+from footfall.planning.body.stand import stand
 from footfall.planning.step import lift_off as lift_off_module
 from footfall.planning.step.footing import LegStance, standing_feet
 from footfall.planning.step.held import unheld, unheld_lift

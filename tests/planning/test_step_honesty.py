@@ -13,12 +13,12 @@ from footfall.core.frames import rotation, transform
 from footfall.maps.layers import NO_SOLUTION, OUT_OF_RANGE, UNKNOWN, MapSettings
 from footfall.maps.standing import contacts, standing, wheel_gaps
 from footfall.planning.answers import Status
-from footfall.planning.stance.stand import stand
-from footfall.planning.step.edges import Space
-from footfall.planning.step.ground import Contact, footfall_contact
+from footfall.planning.body.stand import stand
+from footfall.planning.scene.ground import Contact, footfall_contact
 from footfall.planning.step.leg_maps import compute_maps
 from footfall.planning.step.plan import plan_step
 from footfall.planning.step.problem import StepSettings
+from footfall.planning.step.search.edges import Space
 from footfall.planning.step.target import candidates
 from footfall.robot.ik import leg_azimuth, solve_leg, wheel_pose_for_contact
 from footfall.robot.kinematics import center_of_mass, wheel_pose

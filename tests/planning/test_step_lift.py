@@ -6,17 +6,17 @@ import numpy as np
 import pytest
 
 from footfall.core.frames import apply, inverse, rotation_rpy, transform
-from footfall.planning.stance.stand import stand
-from footfall.planning.step.edges import samples
+from footfall.planning.body.stand import stand
+from footfall.planning.joint_path import samples
+from footfall.planning.scene.ground import Nearby
+from footfall.planning.scene.lift import LARGEST_STEP, branch_of, vertical
+from footfall.planning.scene.lift_kernel import followed, nearest_branch, off_line
+from footfall.planning.scene.solids import leg_chain
 from footfall.planning.step.footing import LegStance, ground_near
-from footfall.planning.step.ground import Nearby
-from footfall.planning.step.lift import LARGEST_STEP, branch_of, vertical
-from footfall.planning.step.lift_kernel import followed, nearest_branch, off_line
 from footfall.planning.step.problem import StepSettings
 from footfall.planning.step.rise import space_of
 from footfall.planning.step.situation import TRUE, Situation
-from footfall.planning.step.solids import leg_chain
-from footfall.planning.step.watch import Watch
+from footfall.planning.watch import Watch
 from footfall.robot.collision import CollisionScene
 from footfall.robot.ik import solve_leg, wheel_pose_for_contact
 from footfall.robot.kinematics import leg_wheel_pose

@@ -4,12 +4,12 @@ import coal
 import numpy as np
 import pytest
 
-from footfall.planning.stance.stand import stand
-from footfall.planning.step import leg_over_ground, solids
+from footfall.planning.body.stand import stand
+from footfall.planning.scene import leg_over_ground, solids
+from footfall.planning.scene.ground import Nearby
+from footfall.planning.scene.leg_over_ground import LegOverGround
+from footfall.planning.scene.solids import FAR, LegAlongPath, leg_poses
 from footfall.planning.step.footing import LegStance, ground_near
-from footfall.planning.step.ground import Nearby
-from footfall.planning.step.leg_over_ground import LegOverGround
-from footfall.planning.step.solids import FAR, LegAlongPath, leg_poses
 from footfall.robot.bvh import bvh
 from footfall.robot.description import PARTS, with_payload
 from footfall.robot.kinematics import link_poses

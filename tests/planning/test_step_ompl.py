@@ -6,10 +6,11 @@ import numpy as np
 import pytest
 
 from footfall.core.errors import Cancelled
-from footfall.planning.step import with_ompl
-from footfall.planning.step.edges import Space, samples
+from footfall.planning.joint_path import samples
 from footfall.planning.step.planners import REGISTRY
 from footfall.planning.step.problem import PLANNERS
+from footfall.planning.step.search import with_ompl
+from footfall.planning.step.search.edges import Space
 from footfall.planning.step.turns import AUTO, QUICK, RACE
 
 SEARCHES = {"kpiece": with_ompl.kpiece, "bitstar": with_ompl.bitstar}

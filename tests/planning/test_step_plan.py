@@ -10,15 +10,15 @@ import pytest
 from footfall.core.errors import Cancelled, InvalidInput
 from footfall.core.value import flatten, unflatten
 from footfall.planning.answers import Status
-from footfall.planning.stance.stand import stand
+from footfall.planning.body.stand import stand
+from footfall.planning.scene.ground import GroundRefused, Nearby, footfall_contact, nearby
+from footfall.planning.scene.leg_over_ground import LegOverGround
+from footfall.planning.scene.lift import raised_poses, vertical
+from footfall.planning.scene.solids import LegAlongPath, part_poses
 from footfall.planning.step import start as start_module
-from footfall.planning.step.ground import GroundRefused, Nearby, footfall_contact, nearby
-from footfall.planning.step.leg_over_ground import LegOverGround
-from footfall.planning.step.lift import raised_poses, vertical
 from footfall.planning.step.plan import plan_step
 from footfall.planning.step.problem import StepSettings
 from footfall.planning.step.situation import Situation
-from footfall.planning.step.solids import LegAlongPath, part_poses
 from footfall.planning.step.start import start_objection
 from footfall.planning.step.target import candidates
 from footfall.planning.step.verify import recheck

@@ -16,14 +16,14 @@ from benchmarks.steps.recheck import rechecked
 from benchmarks.steps.search import situation_of
 from footfall.core.errors import Cancelled
 from footfall.planning.answers import Status
-from footfall.planning.stance.stand import stand
+from footfall.planning.body.stand import stand
 from footfall.planning.step import plan
 from footfall.planning.step.goals import MOST_GOALS
 from footfall.planning.step.plan import plan_step
 from footfall.planning.step.planners import REGISTRY, PlannerAnswer
 from footfall.planning.step.problem import StepSettings
 from footfall.planning.step.turns import AUTO, FIRST_LOOKS, GROWTH, RACE, Turns
-from footfall.planning.step.watch import OutOfTime, OutOfTurn, Watch
+from footfall.planning.watch import OutOfTime, OutOfTurn, Watch
 from footfall.robot.collision import CollisionScene
 from tests.support.chassis_ground import wavy
 

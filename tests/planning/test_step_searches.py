@@ -12,13 +12,14 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from footfall.core.errors import Cancelled
-from footfall.planning.step import with_ompl
-from footfall.planning.step.astar import astar
-from footfall.planning.step.edges import Space, bisection_order, largest_change, length, levels_for, samples
-from footfall.planning.step.line import line
-from footfall.planning.step.roadmap import Roadmap
-from footfall.planning.step.smooth import bisected, shortest, smooth
-from footfall.planning.step.watch import OutOfTime, Watch
+from footfall.planning.joint_path import largest_change, length, samples
+from footfall.planning.step.search import with_ompl
+from footfall.planning.step.search.astar import astar
+from footfall.planning.step.search.edges import Space, bisection_order, levels_for
+from footfall.planning.step.search.line import line
+from footfall.planning.step.search.roadmap import Roadmap
+from footfall.planning.step.search.smooth import bisected, shortest, smooth
+from footfall.planning.watch import OutOfTime, Watch
 
 EPSILON = 0.01
 
@@ -125,7 +126,7 @@ def test_the_wish_to_stop_passes_through_ompl(name):
 def test_same_seed_same_path_in_another_process():
     code = (
         "import numpy as np;from footfall.planning.step import with_ompl\n"
-        "from footfall.planning.step.edges import Space\n"
+        "from footfall.planning.step.search.edges import Space\n"
         "f=lambda q: not (abs(q[0])<0.05 and abs(q[1])>0.1)\n"
         "s=Space(-np.ones(2),np.ones(2),f);a,b=np.array([-.6,-.6]),np.array([.6,-.6])\n"
         "print([getattr(with_ompl,n)(s,a,b,radius=.2,milestones=5000,seed=4).tolist() for n in ('sbl','rrtconnect')])"

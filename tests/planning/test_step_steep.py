@@ -12,8 +12,8 @@ from benchmarks.steps.quality import swing
 from benchmarks.steps.search import unsure_ends
 from footfall.core.value import flatten, unflatten
 from footfall.planning.answers import Status
+from footfall.planning.scene.ground import Nearby
 from footfall.planning.step.footing import LegStance, ground_near
-from footfall.planning.step.ground import Nearby
 from footfall.planning.step.problem import StepSettings
 from footfall.planning.step.situation import RAISED, Situation
 

@@ -14,9 +14,9 @@ import pytest
 
 from footfall.core.frames import transform
 from footfall.core.grid import GridGeometry
+from footfall.planning.scene.solids import Gap
 from footfall.planning.step import verify
 from footfall.planning.step.situation import NO_GROUND, RAISED, TRUE
-from footfall.planning.step.solids import Gap
 from footfall.planning.step.verify import (
     _AT_ONCE,
     FINER,

@@ -9,8 +9,8 @@ from footfall.maps.reach import reach
 from footfall.maps.reach_classes import JOINT_LIMIT, NO_GEOMETRY
 from footfall.maps.standing import contacts
 from footfall.planning.answers import Status
-from footfall.planning.stance.stand import stand
-from footfall.planning.step.ground import Contact, footfall_contact
+from footfall.planning.body.stand import stand
+from footfall.planning.scene.ground import Contact, footfall_contact
 from footfall.planning.step.plan import plan_step
 from footfall.planning.step.target import candidates
 from footfall.robot.description import JOINTS

@@ -8,7 +8,7 @@ import pytest
 from footfall.balance.held import held_tables
 from footfall.balance.tether import Tether
 from footfall.core.frames import apply, transform
-from footfall.planning.step.ground import Nearby
+from footfall.planning.scene.ground import Nearby
 from footfall.planning.walk.body_kernel import torque_of
 from footfall.planning.walk.hung import Hung
 from footfall.planning.walk.problem import WalkSettings

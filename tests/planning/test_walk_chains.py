@@ -8,7 +8,7 @@ from hypothesis import strategies as st
 
 from footfall.core.frames import apply
 from footfall.planning.answers import Status
-from footfall.planning.stance.stand import stand
+from footfall.planning.body.stand import stand
 from footfall.planning.walk.chains import APART, joined, moves_left
 from footfall.planning.walk.plan import plan_walk
 from footfall.planning.walk.problem import Place, WalkGoal, WalkSettings

@@ -10,14 +10,14 @@ from footfall.core.errors import Cancelled, InvalidInput
 from footfall.core.frames import apply, transform
 from footfall.io.artifacts import decode, encode
 from footfall.planning.answers import Check, Status
+from footfall.planning.body.body_move import No
+from footfall.planning.body.move import BodyMovePlan
 from footfall.planning.compliance.compliant_rover import CompliantRover
 from footfall.planning.compliance.from_telemetry import measured
 from footfall.planning.compliance.predict import advanced, predict
 from footfall.planning.execution.begin import beginning
 from footfall.planning.execution.body_plan import body_executed
 from footfall.planning.execution.execution_settings import ExecutionSettings
-from footfall.planning.stance.body_move import No
-from footfall.planning.stance.move import BodyMovePlan
 from footfall.planning.step.problem import StepPlan
 from footfall.planning.walk.parts import parts_of, stay
 from footfall.planning.walk.problem import WalkGoal

@@ -5,9 +5,9 @@ import pytest
 
 import footfall
 from footfall.planning.answers import Status
+from footfall.planning.body.body_move import plan_body_move
+from footfall.planning.body.body_shift import BodyShift
 from footfall.planning.execution.execution_settings import ExecutionSettings
-from footfall.planning.stance.body_move import plan_body_move
-from footfall.planning.stance.body_shift import BodyShift
 from footfall.planning.walk_execution.onward import onward
 from footfall.planning.walk_execution.plan import plan_walk_execution
 from footfall.planning.walk_execution.unpressed import unpressed

@@ -11,10 +11,10 @@ from scipy.spatial.transform import Rotation
 import footfall
 from footfall.balance.support import margins
 from footfall.core.frames import inverse
+from footfall.planning.body.follow import DRIFT, base_path
+from footfall.planning.scene.ground import Nearby
+from footfall.planning.scene.lift import branch_of
 from footfall.planning.scene.rover_kernel import leg_too_near_itself
-from footfall.planning.stance.follow import DRIFT, base_path
-from footfall.planning.step.ground import Nearby
-from footfall.planning.step.lift import branch_of
 from footfall.planning.walk.body_kernel import waypoints_of
 from footfall.planning.walk.foot_move import BODY_STEP, FARTHEST, At, BodyWay, Fails, body_way, feet_of
 from footfall.planning.walk.footfalls import footfalls

@@ -12,10 +12,10 @@ from footfall.core.errors import InvalidInput
 from footfall.core.frames import rotation
 from footfall.core.value import Provenance
 from footfall.planning.answers import Status
+from footfall.planning.body.body_shift import BodyShift
+from footfall.planning.body.move import BodyMovePlan, BodyMoveSettings
+from footfall.planning.body.stand import stand
 from footfall.planning.execution.plan import plan_execution
-from footfall.planning.stance.body_shift import BodyShift
-from footfall.planning.stance.move import BodyMovePlan, BodyMoveSettings
-from footfall.planning.stance.stand import stand
 from footfall.planning.step.problem import StepPlan, StepSettings
 from footfall.planning.walk.parts import PLANNER, parts_of
 from footfall.planning.walk.problem import BODY, LIFT, LOWER, SWING, Stance, WalkGoal, WalkPlan, WalkSettings

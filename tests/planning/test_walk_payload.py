@@ -23,9 +23,9 @@ from footfall.core.value import Provenance, flatten, unflatten
 from footfall.planning.answers import Status
 from footfall.planning.compliance.compliance_settings import ComplianceSettings
 from footfall.planning.execution.execution_settings import ExecutionSettings
+from footfall.planning.scene.ground import Nearby
 from footfall.planning.scene.rover_kernel import center_of_mass, place_rover
 from footfall.planning.scene.rover_tables import rover_tables
-from footfall.planning.step.ground import Nearby
 from footfall.planning.walk.body_kernel import torque_of
 from footfall.planning.walk.foot_move import At
 from footfall.planning.walk.plan import plan_walk

@@ -14,8 +14,8 @@ import pytest
 import footfall
 from footfall.core.errors import Cancelled, InvalidInput
 from footfall.core.grid import GridGeometry
+from footfall.planning import watch
 from footfall.planning.answers import Status
-from footfall.planning.step import watch
 from footfall.planning.step.problem import StepSettings
 from footfall.planning.walk.plan import plan_walk
 from footfall.planning.walk.problem import BODY, MOST_ATTEMPTS, Place, WalkGoal, WalkSettings, foot_moves_in_words

@@ -13,7 +13,6 @@ from benchmarks.walks.terrains import TRAINING, terrain
 from footfall.core.errors import InvalidInput, NotFound
 from footfall.core.value import Provenance, flatten, unflatten
 from footfall.planning.answers import Status
-from footfall.planning.step.watch import OutOfTime, Watch
 from footfall.planning.walk import plan as planning
 from footfall.planning.walk import smooth
 from footfall.planning.walk.assemble import walk_of
@@ -25,6 +24,7 @@ from footfall.planning.walk.recheck.walk import recheck_walk
 from footfall.planning.walk.smooth_kernel import METRES_A_RADIAN, OFF_HEIGHT, ROOMY_MARGIN
 from footfall.planning.walk.smoothing import MOST_ROUNDS, Smoothing
 from footfall.planning.walk.world import World
+from footfall.planning.watch import OutOfTime, Watch
 from footfall.terrain.dem import Dem
 
 GOAL = WalkGoal(1.2, 0.0, 0.0)

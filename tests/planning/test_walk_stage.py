@@ -11,8 +11,8 @@ from scipy.sparse.csgraph import connected_components
 from footfall.core.frames import apply, inverse, transform
 from footfall.core.value import Provenance
 from footfall.planning.answers import Status
+from footfall.planning.body.stand import stand
 from footfall.planning.route.problem import Route, RouteResult
-from footfall.planning.stance.stand import stand
 from footfall.planning.walk.choices import way_ahead
 from footfall.planning.walk.footfalls import unknown_away
 from footfall.planning.walk.legs_kernel import pose_of

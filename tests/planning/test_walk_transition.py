@@ -8,7 +8,7 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 import footfall
-from footfall.planning.step.ground import Nearby
+from footfall.planning.scene.ground import Nearby
 from footfall.planning.walk.foot_move import At, feet_of
 from footfall.planning.walk.problem import WalkSettings
 from footfall.planning.walk.start import start_of

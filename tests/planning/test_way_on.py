@@ -12,7 +12,7 @@ from footfall.balance.balance_settings import BalanceSettings
 from footfall.core.frames import apply, rotation, transform
 from footfall.core.value import Provenance
 from footfall.maps.standing import STANDING_GAP
-from footfall.planning.stance.stand import stand
+from footfall.planning.body.stand import stand
 from footfall.planning.walk.excerpt import parts_count, start_of
 from footfall.planning.walk.footfalls import footfalls
 from footfall.planning.walk.plan import plan_walk

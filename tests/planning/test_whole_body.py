@@ -4,8 +4,8 @@ import numpy as np
 import pytest
 
 import footfall
-from footfall.planning.stance.whole_body import GROUND_FAR, WholeBody
-from footfall.planning.step.ground import Nearby, nearby
+from footfall.planning.scene.ground import Nearby, nearby
+from footfall.planning.scene.whole_body import GROUND_FAR, WholeBody
 from footfall.robot.collision import posture_collisions
 from tests.support.chassis_ground import wavy
 

@@ -7,7 +7,7 @@ import pytest
 
 from benchmarks.clearance import clear_span
 from footfall.core.frames import apply
-from footfall.planning.step.solids import part_poses
+from footfall.planning.scene.solids import part_poses
 from footfall.robot.bvh import robot_meshes
 from footfall.robot.clearance import MODES, LegClearance, clearance_ground
 from footfall.robot.collision import CollisionScene

@@ -11,7 +11,7 @@ import footfall
 from footfall.core.errors import InvalidSequence
 from footfall.core.frames import apply
 from footfall.maps.standing import wheel_gaps
-from footfall.planning.stance.body_shift import PredictedState
+from footfall.planning.body.body_shift import PredictedState
 from footfall.robot.kinematics import wheel_centers
 from footfall.sequence.commands import Command
 from footfall.sequence.edit import Edit, apply_edit

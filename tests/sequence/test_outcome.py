@@ -9,8 +9,8 @@ from hypothesis import strategies as st
 
 from footfall.core.errors import InvalidInput
 from footfall.core.value import Provenance
+from footfall.planning.body.stand import stand
 from footfall.planning.compliance.compliant_rover import CompliantRover
-from footfall.planning.stance.stand import stand
 from footfall.robot.kinematics import wheel_jacobian
 from footfall.sequence.foretold import platform_of
 from footfall.sequence.outcome import CHASSIS, Foretold, Outcome, Seen, compare

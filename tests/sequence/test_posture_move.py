@@ -12,9 +12,9 @@ import footfall
 from footfall.core.errors import InvalidSequence
 from footfall.core.frames import apply
 from footfall.core.value import Provenance, flatten, unflatten
-from footfall.planning.stance.body_shift import PredictedState
-from footfall.planning.stance.follow import DRIFT
-from footfall.planning.stance.move import BodyMovePlan, BodyMoveSettings
+from footfall.planning.body.body_shift import PredictedState
+from footfall.planning.body.follow import DRIFT
+from footfall.planning.body.move import BodyMovePlan, BodyMoveSettings
 from footfall.robot.kinematics import wheel_centers
 from footfall.sequence.commands import Command, Sequence
 from footfall.sequence.edit import Edit, apply_edit

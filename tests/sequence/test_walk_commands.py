@@ -9,7 +9,7 @@ from footfall.core.errors import InvalidSequence
 from footfall.io.exports import FORMATS, export
 from footfall.io.imports import from_csv, from_fprime, from_json, from_seqjson, from_yamcs, sequence_of
 from footfall.io.scripting import make_sequence as make_for_scripts
-from footfall.planning.stance.stand import stand
+from footfall.planning.body.stand import stand
 from footfall.planning.walk.parts import parts_of
 from footfall.robot.description import with_payload
 from footfall.robot.model import Robot

@@ -52,7 +52,7 @@ def dem():
 
 @pytest.fixture(scope="module")
 def rest(athlete, dem):
-    from footfall.planning.stance.stand import stand
+    from footfall.planning.body.stand import stand
 
     stood = stand(athlete, dem)
     return CompliantRover(athlete, dem).let_down(stood.posture, stood.T_site_base)

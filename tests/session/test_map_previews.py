@@ -12,8 +12,8 @@ from footfall.core.progress import no_progress
 from footfall.maps.layers import MapSettings, MapStack
 from footfall.maps.reach_classes import UNSURE
 from footfall.maps.stack import COARSE
-from footfall.planning.stance.body_shift import BodyShift
-from footfall.planning.stance.stand import stand
+from footfall.planning.body.body_shift import BodyShift
+from footfall.planning.body.stand import stand
 from footfall.session.jobs.job import Job
 from footfall.session.jobs.local import InlineJobs, Jobs
 from footfall.session.log.fold import fold_all

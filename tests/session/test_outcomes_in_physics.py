@@ -8,7 +8,7 @@ import pytest
 
 import footfall
 from footfall.core.frames import apply
-from footfall.planning.stance.body_shift import BodyShift
+from footfall.planning.body.body_shift import BodyShift
 from footfall.robot.kinematics import wheel_centers
 from footfall.session.jobs.local import InlineJobs
 from footfall.session.registry import Sessions

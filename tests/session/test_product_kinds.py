@@ -5,7 +5,7 @@ from dataclasses import replace
 import pytest
 
 from footfall.core.errors import InvalidInput
-from footfall.planning.stance.body_shift import BodyShift
+from footfall.planning.body.body_shift import BodyShift
 from footfall.session.jobs.product_recipes import PRODUCTS
 from footfall.session.log.fold import fold_all
 from footfall.session.products.kinds import BODY_MOVE, GROUND, KINDS, OUTCOME, Kind

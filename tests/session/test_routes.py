@@ -6,8 +6,8 @@ import pytest
 
 from footfall.core.errors import InvalidInput
 from footfall.planning.answers import Status
+from footfall.planning.body.body_shift import BodyShift
 from footfall.planning.route.problem import NoGo, RouteResult, RouteSettings
-from footfall.planning.stance.body_shift import BodyShift
 from footfall.session.jobs.product_recipes import PRODUCTS
 from footfall.session.jobs.requests import RouteRequest
 from footfall.session.log.fold import fold_all

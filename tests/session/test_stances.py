@@ -8,9 +8,9 @@ import pytest
 
 from footfall.core.errors import CommandRefused, Conflict, InvalidBundle, InvalidInput
 from footfall.planning.answers import Status
-from footfall.planning.stance.body_shift import BodyShift, PredictedState, ShiftRefused
-from footfall.planning.stance.find_problem import FindShiftSettings
-from footfall.planning.stance.shift import shifted_state
+from footfall.planning.body.body_shift import BodyShift, PredictedState, ShiftRefused
+from footfall.planning.body.find_problem import FindShiftSettings
+from footfall.planning.body.shift import shifted_state
 from footfall.robot.ik import contact_point
 from footfall.robot.kinematics import wheel_centers
 from footfall.session.jobs.local import InlineJobs

@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 
 from footfall.core.errors import Conflict, InvalidBundle, InvalidTerrain
-from footfall.planning.stance.stand import stand
+from footfall.planning.body.stand import stand
 from footfall.session.jobs.local import InlineJobs
 from footfall.session.log.event import next_event
 from footfall.session.log.fold import fold, fold_all

@@ -9,7 +9,7 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from footfall.core.frames import rotation
-from footfall.planning.stance.body_shift import BodyShift
+from footfall.planning.body.body_shift import BodyShift
 from footfall.robot.ik import contact_point
 from footfall.robot.tolerance import JOINT_TOLERANCE
 from footfall.session.gate.checks import POSE_TOLERANCE, START_TOLERANCE

@@ -13,12 +13,12 @@ from footfall.core.errors import CommandRefused, Conflict, InvalidInput
 from footfall.core.frames import inverse, rotation, transform
 from footfall.planning.answers import Status
 from footfall.planning.route.problem import NoGo, RouteSettings
-from footfall.planning.step.watch import OutOfTime, Watch
 from footfall.planning.walk import plan as planning
 from footfall.planning.walk.problem import WalkGoal, WalkSettings
 from footfall.planning.walk.smoothing import Smoothing
 from footfall.planning.walk_execution.decision import WayOnSettings
 from footfall.planning.walk_execution.firmer import firmer
+from footfall.planning.watch import OutOfTime, Watch
 from footfall.sequence.commands import wait
 from footfall.sequence.edit import Edit
 from footfall.session.access.identity import Identity, Role

@@ -6,13 +6,13 @@ import numpy as np
 import pytest
 
 from footfall.core.errors import InvalidInput
+from footfall.planning.body.stand import stand
 from footfall.planning.choice.actions import ACTIONS, TRIPOD, WALK, WAVE
 from footfall.planning.choice.choice_settings import ChoiceSettings
 from footfall.planning.choice.mdp import SeenTransition
 from footfall.planning.choice.onward import GAITS, TABLE
 from footfall.planning.choice.policy import learned
 from footfall.planning.choice.state import StateSpace
-from footfall.planning.stance.stand import stand
 from footfall.planning.walk.problem import WalkGoal
 from footfall.session.products import kinds
 from footfall.session.replay.recompute import replay

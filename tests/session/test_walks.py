@@ -9,9 +9,9 @@ import pytest
 
 from footfall.balance.tether import EDGE, Tether
 from footfall.core.errors import InvalidInput
+from footfall.planning import watch
 from footfall.planning.answers import Status
-from footfall.planning.stance.body_shift import BodyShift
-from footfall.planning.step import watch
+from footfall.planning.body.body_shift import BodyShift
 from footfall.planning.walk.problem import BODY, Place, WalkGoal, WalkResult, WalkSettings
 from footfall.planning.walk.smoothing import Smoothing
 from footfall.sequence.edit import Edit

@@ -12,7 +12,7 @@ from footfall.core.progress import preview_of
 from footfall.core.value import Provenance
 from footfall.maps.layers import MapStack
 from footfall.planning.answers import Status
-from footfall.planning.stance.body_shift import PredictedState
+from footfall.planning.body.body_shift import PredictedState
 from footfall.planning.step.problem import PlanResult, StepPlan
 from footfall.session.jobs.product_recipes import edit, export, sequence
 from footfall.terrain.dem import Dem

@@ -7,7 +7,7 @@ import pytest
 
 from footfall.core.errors import InvalidInput
 from footfall.core.frames import apply
-from footfall.planning.stance.stand import stand
+from footfall.planning.body.stand import stand
 from footfall.robot.description import with_payload
 from footfall.robot.ik import solve_leg
 from footfall.robot.kinematics import gravity_torques, leg_wheel_pose, wheel_centers

@@ -10,8 +10,8 @@ from hypothesis import strategies as st
 import footfall
 from footfall.core.frames import apply
 from footfall.maps.standing import wheel_gaps
-from footfall.planning.stance.body_shift import BodyShift, PredictedState
-from footfall.planning.stance.follow import DRIFT
+from footfall.planning.body.body_shift import BodyShift, PredictedState
+from footfall.planning.body.follow import DRIFT
 from footfall.robot.kinematics import wheel_centers
 from footfall.sequence.commands import Command
 from footfall.sequence.make import make_sequence

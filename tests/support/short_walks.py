@@ -8,9 +8,9 @@ from dataclasses import replace
 import numpy as np
 
 from footfall.core.value import Provenance
-from footfall.planning.stance.body_move import plan_body_move
-from footfall.planning.stance.body_shift import BodyShift
-from footfall.planning.stance.move import BodyMovePlan, BodyMoveSettings
+from footfall.planning.body.body_move import plan_body_move
+from footfall.planning.body.body_shift import BodyShift
+from footfall.planning.body.move import BodyMovePlan, BodyMoveSettings
 from footfall.planning.step.plan import plan_step
 from footfall.planning.step.problem import StepPlan, StepSettings
 from footfall.planning.walk.problem import BODY, Stance, WalkGoal, WalkPlan, WalkSettings

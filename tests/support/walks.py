@@ -11,9 +11,9 @@ from footfall.balance.torques import torque_margin
 from footfall.core.frames import apply
 from footfall.core.value import Provenance
 from footfall.maps.standing import contacts
-from footfall.planning.stance.after import state_after
-from footfall.planning.stance.body_move import plan_body_move
-from footfall.planning.stance.body_shift import BodyShift
+from footfall.planning.body.after import state_after
+from footfall.planning.body.body_move import plan_body_move
+from footfall.planning.body.body_shift import BodyShift
 from footfall.planning.step.plan import plan_step
 from footfall.planning.walk.problem import BODY, Stance, WalkGoal, WalkPlan, WalkSettings
 from footfall.robot.kinematics import center_of_mass, wheel_pose

@@ -18,12 +18,12 @@ from footfall.api.bodies.walk_schemas import GaitOrder, WalkOrder
 from footfall.api.execution_orders import settings_of_order
 from footfall.balance.tether import Tether
 from footfall.core.value import Value
+from footfall.planning.body.body_shift import BodyShift
+from footfall.planning.body.find_problem import FindShiftSettings, ShiftResult
+from footfall.planning.body.move import BodyMoveResult, BodyMoveSettings
 from footfall.planning.execution.problem import BodyExecutionResult
 from footfall.planning.gait.problem import GaitResult, GaitSettings
 from footfall.planning.route.problem import RouteResult, RouteSettings
-from footfall.planning.stance.body_shift import BodyShift
-from footfall.planning.stance.find_problem import FindShiftSettings, ShiftResult
-from footfall.planning.stance.move import BodyMoveResult, BodyMoveSettings
 from footfall.planning.walk.problem import WalkGoal, WalkResult, WalkSettings
 from footfall.session.access.identity import Role
 from footfall.session.jobs.job import Job

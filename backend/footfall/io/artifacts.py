@@ -55,7 +55,7 @@ HOMES: dict[str, tuple[str, ...]] = {
         "Check",
         "Status",
     ),
-    "footfall.planning.stance.body_shift": (
+    "footfall.planning.body.body_shift": (
         "BodyShift",
         "PredictedState",
         "ShiftRefused",
@@ -83,11 +83,11 @@ HOMES: dict[str, tuple[str, ...]] = {
         "RouteResult",
         "RouteSettings",
     ),
-    "footfall.planning.stance.find_problem": (
+    "footfall.planning.body.find_problem": (
         "FindShiftSettings",
         "ShiftResult",
     ),
-    "footfall.planning.stance.move": (
+    "footfall.planning.body.move": (
         "BodyMovePlan",
         "BodyMoveResult",
         "BodyMoveSettings",

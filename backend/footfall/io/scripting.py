@@ -2,9 +2,9 @@
 
 from footfall.core.errors import InvalidSequence
 from footfall.io.robot_files import load_robot, robot_names
+from footfall.planning.body.move import BodyMovePlan
 from footfall.planning.execution.problem import BodyExecution, Execution
 from footfall.planning.legged.problem import LeggedPlan
-from footfall.planning.stance.move import BodyMovePlan
 from footfall.planning.step.problem import StepPlan
 from footfall.planning.walk.problem import WalkPlan
 from footfall.planning.walk_execution.problem import WalkExecution

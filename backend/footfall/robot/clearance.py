@@ -37,7 +37,7 @@ proven, not sampled:
    links between measure, in any posture. So x moves by at most v s + b s², v the most speed at q and b half of that
    sum, and by at most Σ |dᵢ| |x − oᵢ| s; 4 holds with either as m. Two parts of the leg are seen from the one nearer
    to the hip: only the joints between move the other. The smallest s that a pair or a ball allows is the answer. The
-   centre of mass moves likewise, and so does its margin (planning/step/leg_free_kernel.py).
+   centre of mass moves likewise, and so does its margin (planning/scene/leg_free_kernel.py).
 
 6. *The wheel as a drum* (drum_kernel.py), asked for with ``drum`` and only where a small ball of the wheel is unsure:
    on steep ground a table for balls is too high by what the ground rises over two of its cells, and the balls stick out

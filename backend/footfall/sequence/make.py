@@ -8,8 +8,8 @@ from numpy.typing import NDArray
 
 from footfall.core.errors import InvalidSequence
 from footfall.core.value import Provenance
+from footfall.planning.body.move import BodyMovePlan, BodyMoveSettings
 from footfall.planning.execution.problem import BodyExecution, Execution
-from footfall.planning.stance.move import BodyMovePlan, BodyMoveSettings
 from footfall.planning.step.problem import StepPlan, StepSettings
 from footfall.planning.walk.parts import parts_of
 from footfall.planning.walk.problem import Tethered, WalkPlan, WalkSettings

@@ -15,9 +15,9 @@ from footfall.balance.payload import loaded
 from footfall.core.beside import beside
 from footfall.core.frames import apply
 from footfall.maps.standing import STANDING_GAP, Contacts, contacts, wheel_gaps
-from footfall.planning.stance.whole_body import WholeBody
-from footfall.planning.step.collision_depth import in_words, worst
-from footfall.planning.step.ground import GroundRefused, Nearby, nearby
+from footfall.planning.scene.collision_depth import in_words, worst
+from footfall.planning.scene.ground import GroundRefused, Nearby, nearby
+from footfall.planning.scene.whole_body import WholeBody
 from footfall.robot.collision import CollisionScene
 from footfall.robot.kinematics import leg_wheel_pose
 from footfall.robot.model import Robot

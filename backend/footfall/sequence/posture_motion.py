@@ -13,8 +13,8 @@ from footfall.balance.payload import loaded
 from footfall.core.beside import beside
 from footfall.core.frames import apply
 from footfall.maps.standing import STANDING_GAP, contacts, wheel_gaps
-from footfall.planning.stance.move_checks import LOCKED, coms_of
-from footfall.planning.stance.whole_body import NearestGap, WholeBody
+from footfall.planning.body.move_checks import LOCKED, coms_of
+from footfall.planning.scene.whole_body import NearestGap, WholeBody
 from footfall.robot.description import link_name
 from footfall.robot.kinematics import wheel_centers
 from footfall.robot.model import Robot

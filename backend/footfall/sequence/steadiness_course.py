@@ -12,7 +12,7 @@ from footfall.balance.payload import loaded
 from footfall.core.frames import apply
 from footfall.maps.standing import standing
 from footfall.maps.support_outlines import OUTLINES, Support, support_of
-from footfall.planning.stance.follow import base_path
+from footfall.planning.body.follow import base_path
 from footfall.planning.step.problem import StepPlan, StepSettings
 from footfall.planning.walk.problem import BODY, WalkPlan, WalkSettings
 from footfall.robot.kinematics import center_of_mass, wheel_centers

@@ -17,7 +17,7 @@ from footfall.planning.compliance.compliant_rover import CompliantRover, Resting
 from footfall.planning.compliance.from_telemetry import measured
 from footfall.planning.compliance.predict import STRIDE, advanced
 from footfall.planning.execution.course import FALL
-from footfall.planning.step.ground import GroundRefused, Nearby, nearby
+from footfall.planning.scene.ground import GroundRefused, Nearby, nearby
 from footfall.robot.kinematics import wheel_centers
 from footfall.robot.model import Robot
 from footfall.sequence.commands import AtRest, Command

@@ -30,14 +30,14 @@ from footfall.balance.payload import loaded
 from footfall.balance.support import margins
 from footfall.core.beside import beside
 from footfall.core.frames import apply
+from footfall.planning.body.move_checks import LOCKED, coms_of, dense
 from footfall.planning.compliance.compliant_rover import CompliantRover, RestingRover
 from footfall.planning.compliance.from_telemetry import LEAST_LOAD
 from footfall.planning.execution.plan import rim_clearance
 from footfall.planning.execution.prediction_checks import WORSE
 from footfall.planning.execution.problem import PHASES
-from footfall.planning.stance.move_checks import LOCKED, coms_of, dense
-from footfall.planning.stance.whole_body import NearestGap, WholeBody
-from footfall.planning.step.ground import GroundRefused
+from footfall.planning.scene.ground import GroundRefused
+from footfall.planning.scene.whole_body import NearestGap, WholeBody
 from footfall.robot.description import link_name
 from footfall.robot.limits import room_to_limits
 from footfall.robot.model import Robot

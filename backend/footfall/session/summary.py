@@ -6,7 +6,7 @@ from typing import Any, cast
 import numpy as np
 
 from footfall.core.value import fields_of
-from footfall.planning.stance.body_shift import BodyShift, PredictedState
+from footfall.planning.body.body_shift import BodyShift, PredictedState
 from footfall.session.answers.choices import FootfallAnswer
 from footfall.session.answers.plans import EndsAnswer
 from footfall.session.answers.sessions import SessionAnswer, ShiftAnswer, TerrainInSummary

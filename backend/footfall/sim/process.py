@@ -26,7 +26,7 @@ from websockets.typing import Subprotocol
 from footfall.core.errors import FootFallError, InvalidTelemetry
 from footfall.io.robot_files import load_robot
 from footfall.io.terrain_files import read_terrain
-from footfall.planning.stance.stand import stand
+from footfall.planning.body.stand import stand
 from footfall.robot.model import Robot
 from footfall.sim.door import door_options
 from footfall.sim.imager import Imager

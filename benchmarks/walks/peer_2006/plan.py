@@ -16,7 +16,7 @@ from numpy.typing import NDArray
 
 from footfall.core.errors import InvalidInput
 from footfall.core.value import Provenance
-from footfall.planning.step.ground import Nearby
+from footfall.planning.scene.ground import Nearby
 from footfall.planning.walk.assemble import walk_of
 from footfall.planning.walk.body_kernel import HOLDS, configuration_fails
 from footfall.planning.walk.foot_move import At, BodyWay, Fails, Moved, body_way, feet_of, foot_move_at

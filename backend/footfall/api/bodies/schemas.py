@@ -9,9 +9,9 @@ from footfall.api.bodies.settings_models import FromNumber, Strictly, settings_m
 from footfall.balance.tether import EDGE, Tether
 from footfall.maps.layers import MapSettings
 from footfall.maps.quality_settings import QualitySettings
-from footfall.planning.stance.body_shift import BodyShift
-from footfall.planning.stance.find_problem import FindShiftSettings
-from footfall.planning.stance.move import BodyMoveSettings
+from footfall.planning.body.body_shift import BodyShift
+from footfall.planning.body.find_problem import FindShiftSettings
+from footfall.planning.body.move import BodyMoveSettings
 from footfall.planning.step.alternatives import KINDS
 from footfall.planning.step.problem import MOST_THROUGH, StepSettings
 from footfall.session.view import LEAST_OPACITY, LOOKS, PLAYS, TAPE_ENDS

@@ -5,7 +5,7 @@ from footfall.api.bodies.answers import StateNamed, WhatIfAnswer
 from footfall.api.bodies.schemas import WhatIfOrder
 from footfall.api.bodies.settings_models import settings_value
 from footfall.api.routing import Routes
-from footfall.planning.stance.body_shift import BodyShift, PredictedState
+from footfall.planning.body.body_shift import BodyShift, PredictedState
 from footfall.session.live import LiveSession
 
 router = Routes(tags=["stances"])

@@ -15,7 +15,7 @@ from footfall.api.routing import Routes
 from footfall.api.streams import telemetry_body
 from footfall.balance.tether import Tether
 from footfall.core.errors import InvalidTelemetry, NotFound
-from footfall.planning.stance.body_shift import PredictedState
+from footfall.planning.body.body_shift import PredictedState
 from footfall.session.rover.past import KEPT_FOR, MOST_PARTS, PastTelemetry
 from footfall.session.rover.recorded import RecordedTelemetry, recorded
 from footfall.telemetry.state import RobotState
@@ -145,7 +145,7 @@ def freeze(live: OneSession, order: FreezeState) -> Digested:
     """Freeze the rover's state for planning; with ``stand``, compute a stance on the current terrain."""
     if order.stand is None:
         return {"digest": live.stances.freeze()}
-    from footfall.planning.stance.stand import stand
+    from footfall.planning.body.stand import stand
     from footfall.planning.walk.stand_to_walk import hanging
 
     dem = product(live, "current", Dem, live.state.dem)

@@ -9,13 +9,13 @@ from numpy.typing import NDArray
 from footfall.balance.support import support_polygon
 from footfall.core.polygon import area
 from footfall.planning.answers import Status
+from footfall.planning.body.after import state_after
 from footfall.planning.choice.actions import WALK
 from footfall.planning.choice.choice_settings import ChoiceSettings
 from footfall.planning.choice.reward import Came
 from footfall.planning.choice.seconds import seconds_of
 from footfall.planning.gait.plan import plan_gait
 from footfall.planning.gait.problem import GaitPlan
-from footfall.planning.stance.after import state_after
 from footfall.planning.walk.body_kernel import MARGIN, NEAR, TORQUE
 from footfall.planning.walk.foot_move import NAMES
 from footfall.planning.walk.plan import plan_walk

@@ -9,12 +9,12 @@ from numpy.typing import ArrayLike, NDArray
 from footfall.core.errors import InvalidInput
 from footfall.core.value import Provenance
 from footfall.planning.answers import Status
+from footfall.planning.body.body_move import No, stance_of
+from footfall.planning.body.move import BodyMovePlan
 from footfall.planning.compliance.compliant_rover import CompliantRover, RestingRover
 from footfall.planning.compliance.from_telemetry import measured
 from footfall.planning.execution.execution_settings import ExecutionSettings
-from footfall.planning.stance.body_move import No, stance_of
-from footfall.planning.stance.move import BodyMovePlan
-from footfall.planning.stance.whole_body import WholeBody
+from footfall.planning.scene.whole_body import WholeBody
 from footfall.planning.step.problem import StepPlan
 from footfall.robot.model import Robot
 from footfall.telemetry.state import RobotState

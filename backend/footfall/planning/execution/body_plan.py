@@ -8,6 +8,8 @@ from numpy.typing import ArrayLike
 from footfall.core.progress import Progress, no_progress, part
 from footfall.core.value import Provenance
 from footfall.planning.answers import Status
+from footfall.planning.body.body_move import No
+from footfall.planning.body.move import BodyMovePlan
 from footfall.planning.compliance.compliant_rover import RestingRover
 from footfall.planning.execution.begin import Beginning, asked_of, beginning, moved
 from footfall.planning.execution.body_course import ENDS, NEAREST, BodyCourse
@@ -17,8 +19,6 @@ from footfall.planning.execution.pace import durations, pauses
 from footfall.planning.execution.prediction_checks import body_checks_of, judged
 from footfall.planning.execution.problem import BODY, BodyExecution, BodyExecutionResult
 from footfall.planning.execution.walker import Lost
-from footfall.planning.stance.body_move import No
-from footfall.planning.stance.move import BodyMovePlan
 from footfall.robot.model import Robot
 from footfall.telemetry.state import RobotState
 from footfall.terrain.dem import Dem

@@ -12,6 +12,7 @@ from numpy.typing import ArrayLike, NDArray
 from footfall.core.progress import Progress, no_progress, part
 from footfall.core.value import Provenance
 from footfall.planning.answers import Check, Status
+from footfall.planning.body.body_move import No
 from footfall.planning.compliance.compliance_settings import WIDEST, ComplianceSettings
 from footfall.planning.compliance.compliant_rover import CompliantRover, RestingRover
 from footfall.planning.compliance.from_telemetry import measured
@@ -25,7 +26,6 @@ from footfall.planning.execution.prediction_checks import checks_of, judged
 from footfall.planning.execution.problem import Execution, ExecutionResult
 from footfall.planning.execution.rim import rim_clearance
 from footfall.planning.execution.walker import Lost
-from footfall.planning.stance.body_move import No
 from footfall.planning.step.plan import plan_step
 from footfall.planning.step.problem import StepPlan, StepSettings
 from footfall.robot.model import Robot

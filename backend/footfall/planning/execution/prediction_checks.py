@@ -9,12 +9,12 @@ from footfall.balance.payload import loaded
 from footfall.balance.support import margins
 from footfall.core.frames import apply
 from footfall.planning.answers import Check, Status
+from footfall.planning.body.move_checks import LOCKED, Path, coms_of, dense
 from footfall.planning.compliance.ball_contact import second_gaps
 from footfall.planning.compliance.compliant_rover import RestingRover
 from footfall.planning.execution.execution_settings import ExecutionSettings
 from footfall.planning.execution.problem import BodyExecution, Execution, Predicted, ends_of
-from footfall.planning.stance.move_checks import LOCKED, Path, coms_of, dense
-from footfall.planning.stance.whole_body import NearestGap, WholeBody
+from footfall.planning.scene.whole_body import NearestGap, WholeBody
 from footfall.robot.description import link_name
 from footfall.robot.limits import room_to_limits
 from footfall.robot.model import Robot

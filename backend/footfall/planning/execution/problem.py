@@ -7,7 +7,7 @@ from footfall.core.errors import InvalidInput
 from footfall.core.product import Product
 from footfall.core.value import Provenance, Value, value
 from footfall.planning.answers import Check, Status
-from footfall.planning.stance.move import BodyMovePlan
+from footfall.planning.body.move import BodyMovePlan
 from footfall.planning.step.problem import StepPlan
 
 PHASES = ("unload", "lift", "swing", "lower", "load")

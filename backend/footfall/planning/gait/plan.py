@@ -18,7 +18,7 @@ from footfall.planning.gait.rhythm import Rhythm, groups_of, rhythm
 from footfall.planning.gait.settle import settled
 from footfall.planning.gait.step import Lack, gone_to, stepped
 from footfall.planning.gait.way import way_to
-from footfall.planning.step.ground import Nearby
+from footfall.planning.scene.ground import Nearby
 from footfall.planning.walk.assemble import checks_of
 from footfall.planning.walk.foot_move import At
 from footfall.planning.walk.footprint import Footprint, footprint

@@ -11,8 +11,8 @@ import numpy as np
 from numpy.typing import NDArray
 
 from footfall.core.errors import InvalidInput
+from footfall.planning.body.move import JOINT_RESERVE, REACH_RESERVE
 from footfall.planning.route.cost import reach
-from footfall.planning.stance.move import JOINT_RESERVE, REACH_RESERVE
 from footfall.robot.description import link_name
 from footfall.robot.ik import BRANCHES, solve_leg, wheel_pose_for_contact
 from footfall.robot.model import Robot

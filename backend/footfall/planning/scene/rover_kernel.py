@@ -1,6 +1,6 @@
 """The compiled check of the whole rover in one configuration, for searches that ask it very often.
 
-What is called clear keeps every distance that :class:`~footfall.planning.stance.whole_body.WholeBody` measures. The
+What is called clear keeps every distance that :class:`~footfall.planning.scene.whole_body.WholeBody` measures. The
 proof is that of robot/clearance.py, with nothing frozen: links are inside convex shells that a direction separates,
 surfaces are covered by balls that the tables of the ground let pass, or the wheel is a drum above it. Chassis and
 payload are bodies like the links. What is not proven is told as too near, and may be free.

@@ -6,23 +6,25 @@ Everything here is read only, so plans may share it.
 from dataclasses import dataclass
 
 import numpy as np
+from numpy.typing import NDArray
 
 from footfall.balance.balance_settings import BalanceSettings
 from footfall.balance.moving_leg import moment_without
 from footfall.balance.support import half_planes
 from footfall.balance.torque_candidates import StandingLegs
 from footfall.maps.standing import Contacts, contacts
-from footfall.planning.step.certificate import Certificate
-from footfall.planning.step.edges import Array
-from footfall.planning.step.ground import GroundRefused, Nearby, nearby
-from footfall.planning.step.latest_results import LatestResults
-from footfall.planning.step.leg_over_ground import LegOverGround
+from footfall.planning.latest_results import LatestResults
+from footfall.planning.scene.certificate import Certificate
+from footfall.planning.scene.ground import GroundRefused, Nearby, nearby
+from footfall.planning.scene.leg_over_ground import LegOverGround
+from footfall.planning.scene.solids import LegAlongPath
 from footfall.planning.step.problem import StepSettings
-from footfall.planning.step.solids import LegAlongPath
 from footfall.planning.step.start import start_objection
 from footfall.robot.model import Robot
 from footfall.telemetry.state import RobotState
 from footfall.terrain.dem import Dem
+
+Array = NDArray[np.float64]
 
 _KEPT = 12
 """Stances remembered: two for each leg of a rover with six."""
@@ -147,7 +149,18 @@ def _footing(stance: LegStance, ground: Nearby, settings: StepSettings) -> Footi
         normals,
         offsets,
         moment_without(robot, state.posture, leg),
-        Certificate(robot, state, leg, dem, ground, settings, normals, offsets),
+        Certificate(
+            robot,
+            state,
+            leg,
+            dem,
+            ground,
+            normals,
+            offsets,
+            clearance=settings.clearance,
+            raise_terrain=settings.raise_terrain,
+            least_margin=settings.least_margin,
+        ),
         LegAlongPath(robot, np.asarray(state.posture), leg, settings.clearance),
         LegOverGround(robot, leg, np.asarray(state.T_site_base), ground, settings.clearance),
     )

@@ -4,21 +4,23 @@ from collections.abc import Iterator
 from dataclasses import dataclass
 
 import numpy as np
+from numpy.typing import NDArray
 
 from footfall.core.beside import beside
 from footfall.maps.standing import SAME_PLACE, contacts
+from footfall.planning.scene.ground import Contact
+from footfall.planning.scene.lift import branch_of, vertical
+from footfall.planning.scene.unreached import unreached
 from footfall.planning.step.branches import bend_text
-from footfall.planning.step.edges import Array
 from footfall.planning.step.footing import LegStance
-from footfall.planning.step.ground import Contact
 from footfall.planning.step.held import unheld
-from footfall.planning.step.lift import branch_of, vertical
 from footfall.planning.step.problem import Decision
 from footfall.planning.step.rise import blocked_rise, rises, space_of
 from footfall.planning.step.situation import TRUE, Situation
 from footfall.planning.step.target import Candidate, candidates, upright_poses
-from footfall.planning.step.unreached import unreached
-from footfall.planning.step.watch import Watch
+from footfall.planning.watch import Watch
+
+Array = NDArray[np.float64]
 
 MOST_GOALS = 3
 """Goal postures whose lowering works that are handed to the planners, best first."""

@@ -7,6 +7,7 @@ from bisect import bisect_left
 from collections.abc import Iterable
 
 import numpy as np
+from numpy.typing import NDArray
 
 from footfall.balance.balance_settings import BalanceSettings
 from footfall.balance.forces import distribute
@@ -16,9 +17,10 @@ from footfall.core.beside import beside
 from footfall.core.frames import apply
 from footfall.maps.standing import Contacts
 from footfall.planning.answers import Check
-from footfall.planning.step.edges import Array
 from footfall.planning.step.footing import LegStance, standing_feet, standing_legs
 from footfall.robot.kinematics import center_of_mass
+
+Array = NDArray[np.float64]
 
 NOTHING_HOLDS = "no contact forces inside friction hold the rover"
 MOST_FRICTION = 2.0

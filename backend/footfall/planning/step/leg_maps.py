@@ -8,7 +8,7 @@ from footfall.maps.stack import map_stack
 from footfall.planning.step.footing import LegStance
 from footfall.planning.step.lift_off import NotLifted, lift_off
 from footfall.planning.step.problem import StepSettings
-from footfall.planning.step.watch import Watch
+from footfall.planning.watch import Watch
 from footfall.robot.model import Robot
 from footfall.robot.tolerance import state_inside
 from footfall.telemetry.state import RobotState

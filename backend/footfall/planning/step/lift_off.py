@@ -3,19 +3,21 @@
 from dataclasses import dataclass
 
 import numpy as np
+from numpy.typing import NDArray
 
 from footfall.planning.answers import Check, Status
-from footfall.planning.step.edges import Array
+from footfall.planning.scene.ground import GroundRefused
+from footfall.planning.scene.lift import vertical
 from footfall.planning.step.escape import find_escape
-from footfall.planning.step.fast import compile_search
 from footfall.planning.step.footing import LegStance, ground_near, impossible
-from footfall.planning.step.ground import GroundRefused
 from footfall.planning.step.held import unheld_lift
-from footfall.planning.step.lift import vertical
 from footfall.planning.step.problem import StepSettings
 from footfall.planning.step.rise import blocked_rise, rises
+from footfall.planning.step.search.fast import compile_search
 from footfall.planning.step.situation import TRUE, Situation
-from footfall.planning.step.watch import Watch
+from footfall.planning.watch import Watch
+
+Array = NDArray[np.float64]
 
 ADVICE = "change the stance, or ask for another lift, raise_terrain, clearance or margin"
 

@@ -11,7 +11,7 @@ import numpy as np
 from numpy.typing import NDArray
 from scipy.ndimage import distance_transform_edt
 
-from footfall.planning.step.ground import Contact, footfall_contact
+from footfall.planning.scene.ground import Contact, footfall_contact
 from footfall.planning.step.problem import NearestPlace
 from footfall.robot.model import Robot
 from footfall.terrain.dem import Dem

@@ -11,31 +11,33 @@ from functools import partial
 from math import isfinite
 
 import numpy as np
+from numpy.typing import NDArray
 
 from footfall.core.errors import InvalidInput
 from footfall.core.progress import Progress, no_progress
 from footfall.core.value import Provenance
 from footfall.planning.answers import Check, Status
-from footfall.planning.step.edges import Array
+from footfall.planning.scene.ground import Contact, GroundRefused, footfall_contact
 from footfall.planning.step.footing import LegStance
 from footfall.planning.step.goals import ADVICE, Goal, Goals
-from footfall.planning.step.ground import Contact, GroundRefused, footfall_contact
 from footfall.planning.step.lift_off import NotLifted, lift_off
 from footfall.planning.step.nearest_place import Place, nearest_place, place_in_words
 from footfall.planning.step.planners import REGISTRY, PlannerAnswer, SwingProblem
 from footfall.planning.step.problem import Decision, Footfall, PlanResult, Point, StepPlan, StepSettings
 from footfall.planning.step.rise import space_of
+from footfall.planning.step.search.smooth import smooth
 from footfall.planning.step.shut_in import shut_in
 from footfall.planning.step.situation import RAISED, Situation
-from footfall.planning.step.smooth import smooth
 from footfall.planning.step.through import require_points, via_postures
 from footfall.planning.step.turns import QUICK, Turn, Turns
 from footfall.planning.step.verify import recheck
-from footfall.planning.step.watch import OutOfTime, OutOfTurn, Watch
+from footfall.planning.watch import OutOfTime, OutOfTurn, Watch
 from footfall.robot.model import Robot
 from footfall.robot.tolerance import state_inside
 from footfall.telemetry.state import RobotState
 from footfall.terrain.dem import Dem
+
+Array = NDArray[np.float64]
 
 
 def plan_step(

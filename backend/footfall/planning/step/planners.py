@@ -8,12 +8,12 @@ from typing import TypeVar
 import numpy as np
 from scipy.spatial.transform import Rotation
 
-from footfall.planning.step import with_ompl
-from footfall.planning.step.astar import astar
-from footfall.planning.step.edges import Array, Space
-from footfall.planning.step.fast import fast
-from footfall.planning.step.lift import leaned
-from footfall.planning.step.line import line
+from footfall.planning.scene.lift import leaned
+from footfall.planning.step.search import with_ompl
+from footfall.planning.step.search.astar import astar
+from footfall.planning.step.search.edges import Array, Space
+from footfall.planning.step.search.fast import fast
+from footfall.planning.step.search.line import line
 from footfall.planning.step.situation import Situation
 from footfall.robot.ik import solve_leg
 

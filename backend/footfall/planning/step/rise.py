@@ -2,9 +2,9 @@
 
 import itertools
 
-from footfall.planning.step.edges import Array, Space
+from footfall.planning.step.search.edges import Array, Space
 from footfall.planning.step.situation import RAISED, TRUE, Situation
-from footfall.planning.step.watch import Watch
+from footfall.planning.watch import Watch
 
 
 def space_of(situation: Situation, watch: Watch, terrain: str) -> Space:

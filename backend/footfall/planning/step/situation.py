@@ -8,13 +8,13 @@ from dataclasses import replace
 from functools import cached_property
 
 import numpy as np
+from numpy.typing import NDArray
 
 from footfall.core.beside import beside
 from footfall.core.frames import apply
-from footfall.planning.step.collision_depth import in_words, worst
-from footfall.planning.step.edges import Array
+from footfall.planning.scene.collision_depth import in_words, worst
+from footfall.planning.scene.ground import Nearby
 from footfall.planning.step.footing import LegStance, footing
-from footfall.planning.step.ground import Nearby
 from footfall.planning.step.problem import StepSettings
 from footfall.robot.collision import TERRAIN, Collision, CollisionScene
 from footfall.robot.description import PARTS, link_name
@@ -23,6 +23,8 @@ from footfall.robot.model import Robot
 from footfall.robot.tolerance import outside_in_words
 from footfall.telemetry.state import RobotState
 from footfall.terrain.dem import Dem
+
+Array = NDArray[np.float64]
 
 NO_GROUND, TRUE, RAISED = "none", "true", "raised"
 """The ground modes of robot/collision.py."""

@@ -9,12 +9,12 @@ may be nearer to each other than a moving one may come: the rover can stand so, 
 from functools import lru_cache
 
 import numpy as np
+from numpy.typing import NDArray
 
 from footfall.core.frames import apply
 from footfall.core.mesh import Mesh
 from footfall.maps.standing import STANDING_GAP, wheel_gaps
-from footfall.planning.step.edges import Array
-from footfall.planning.step.latest_results import LatestResults
+from footfall.planning.latest_results import LatestResults
 from footfall.robot.collision import Collision, posture_collisions
 from footfall.robot.depth import overlap
 from footfall.robot.description import PARTS, link_name
@@ -25,6 +25,8 @@ from footfall.robot.tolerance import outside_in_words
 from footfall.telemetry.state import RobotState
 from footfall.terrain.dem import Dem
 from footfall.terrain.ground.surface import height_at
+
+Array = NDArray[np.float64]
 
 ADVICE = "correct the state or the terrain, or put the legs down first"
 SPACING = 0.1

@@ -6,12 +6,12 @@ import numpy as np
 
 from footfall.core.errors import InvalidInput
 from footfall.core.frames import apply, inverse, rotation
-from footfall.planning.step.edges import Array, Space
-from footfall.planning.step.lift import leaned
+from footfall.planning.scene.lift import leaned
+from footfall.planning.scene.unreached import unreached
 from footfall.planning.step.problem import MOST_THROUGH, Point
+from footfall.planning.step.search.edges import Array, Space
 from footfall.planning.step.situation import RAISED, Situation
 from footfall.planning.step.target import HEADINGS
-from footfall.planning.step.unreached import unreached
 from footfall.robot.ik import solve_leg
 
 

@@ -20,17 +20,18 @@ from footfall.balance.moving_leg import centers_with
 from footfall.balance.support import margins_inside
 from footfall.core.frames import apply, inverse
 from footfall.planning.answers import Check
-from footfall.planning.step.edges import Array
+from footfall.planning.scene.ground import Nearby
+from footfall.planning.scene.solids import Gap, part_poses
 from footfall.planning.step.footing import Footing
-from footfall.planning.step.ground import Nearby
 from footfall.planning.step.held import NOTHING_HOLDS, listed, spare_torque, worst_held
 from footfall.planning.step.problem import StepSettings
 from footfall.planning.step.situation import NO_GROUND, RAISED, TRUE, Situation
-from footfall.planning.step.solids import Gap, part_poses
 from footfall.robot.limits import room_to_limits
 from footfall.robot.model import Robot
 from footfall.telemetry.state import RobotState
 from footfall.terrain.dem import Dem
+
+Array = NDArray[np.float64]
 
 SAMPLING = 0.005
 TORQUE_SAMPLING = 0.05

@@ -6,7 +6,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from footfall.core.frames import heading
-from footfall.planning.step.ground import Nearby
+from footfall.planning.scene.ground import Nearby
 from footfall.planning.walk.chains import APART, joined
 from footfall.planning.walk.footfalls import footfalls
 from footfall.planning.walk.footprint import footprint

@@ -8,10 +8,10 @@ from numpy.typing import NDArray
 
 from footfall.balance.support import half_planes
 from footfall.core.frames import turn_of
+from footfall.planning.scene.certificate import body_tables
+from footfall.planning.scene.leg_over_ground import LegOverGround
 from footfall.planning.scene.rover_tables import named
 from footfall.planning.scene.tether_tables import beside_tether
-from footfall.planning.step.certificate import body_tables
-from footfall.planning.step.leg_over_ground import LegOverGround
 from footfall.planning.walk.body_kernel import (
     COARSE,
     HOLDS,

@@ -6,8 +6,8 @@ import numpy as np
 
 from footfall.core.errors import InvalidInput
 from footfall.core.value import Provenance
-from footfall.planning.stance.body_shift import BodyShift
-from footfall.planning.stance.move import BodyMovePlan, BodyMoveSettings
+from footfall.planning.body.body_shift import BodyShift
+from footfall.planning.body.move import BodyMovePlan, BodyMoveSettings
 from footfall.planning.step.problem import StepPlan, StepSettings
 from footfall.planning.walk.problem import BODY, WalkPlan, WalkSettings
 

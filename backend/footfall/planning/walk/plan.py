@@ -16,8 +16,7 @@ from footfall.core.errors import InvalidInput
 from footfall.core.progress import Progress, no_progress
 from footfall.core.value import Provenance
 from footfall.planning.answers import Check, Status
-from footfall.planning.step.ground import Nearby
-from footfall.planning.step.watch import OutOfTime, Watch
+from footfall.planning.scene.ground import Nearby
 from footfall.planning.walk.around import NoWay, cost_grid, is_easy, way_around
 from footfall.planning.walk.assemble import checks_of, walk_of
 from footfall.planning.walk.foot_move import At
@@ -42,6 +41,7 @@ from footfall.planning.walk.tether_refused import through_chassis
 from footfall.planning.walk.transition_kernel import vector_of
 from footfall.planning.walk.travel_cost import TravelCost, travel_cost
 from footfall.planning.walk.world import World
+from footfall.planning.watch import OutOfTime, Watch
 from footfall.robot.model import Robot
 from footfall.telemetry.state import RobotState
 from footfall.terrain.dem import Dem

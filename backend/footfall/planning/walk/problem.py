@@ -18,7 +18,7 @@ from footfall.core.bounds import require_above_zero, require_not_negative
 from footfall.core.errors import InvalidInput
 from footfall.core.value import LATER, Provenance, Value, before, value
 from footfall.planning.answers import Check, Status, require_answer
-from footfall.planning.stance.move import JOINT_RESERVE, REACH_RESERVE
+from footfall.planning.body.move import JOINT_RESERVE, REACH_RESERVE
 from footfall.planning.walk.checked_motion import CheckedMotion
 from footfall.planning.walk.smoothing import Smoothed, Smoothing
 

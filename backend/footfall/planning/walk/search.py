@@ -15,7 +15,6 @@ import numpy as np
 from numpy.typing import NDArray
 
 from footfall.planning.scene.rover_kernel import wheel_cuts
-from footfall.planning.step.watch import Watch
 from footfall.planning.walk.chains import moves_left
 from footfall.planning.walk.foot_move import At, BodyWay, Fails, Moved, body_way, feet_of, foot_move, nobody
 from footfall.planning.walk.footfalls import Footfalls, forbidden_to
@@ -25,6 +24,7 @@ from footfall.planning.walk.problem import Stance, WalkGoal
 from footfall.planning.walk.reach import reach_of, reaches, steps_onto
 from footfall.planning.walk.transition_kernel import find_pose, vector_of
 from footfall.planning.walk.world import World
+from footfall.planning.watch import Watch
 
 Array = NDArray[np.float64]
 

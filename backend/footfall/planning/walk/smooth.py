@@ -9,7 +9,6 @@ from dataclasses import replace
 import numpy as np
 from numpy.typing import NDArray
 
-from footfall.planning.step.watch import OutOfTime, Watch
 from footfall.planning.walk.foot_move import (
     At,
     BodyWay,
@@ -30,6 +29,7 @@ from footfall.planning.walk.smooth_kernel import better_pose
 from footfall.planning.walk.smoothing import Smoothed, WalkFigures
 from footfall.planning.walk.transition_kernel import SIZES
 from footfall.planning.walk.world import World
+from footfall.planning.watch import OutOfTime, Watch
 
 Array = NDArray[np.float64]
 

@@ -10,8 +10,8 @@ from dataclasses import replace
 import numpy as np
 from numpy.typing import NDArray
 
+from footfall.planning.scene.ground import Nearby
 from footfall.planning.scene.rover_kernel import wheel_cuts
-from footfall.planning.step.ground import Nearby
 from footfall.planning.walk.body_kernel import HOLDS, configuration_fails
 from footfall.planning.walk.foot_move import feet_of
 from footfall.planning.walk.footfalls import Footfalls, footfalls

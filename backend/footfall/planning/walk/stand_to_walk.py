@@ -10,8 +10,8 @@ from footfall.balance.torques import holding_torques, torque_check
 from footfall.core.errors import InvalidInput
 from footfall.core.frames import apply
 from footfall.maps.standing import contacts
-from footfall.planning.stance.stand import stand as stand_level
-from footfall.planning.stance.under_links import ground_near_links
+from footfall.planning.body.stand import stand as stand_level
+from footfall.planning.scene.under_links import ground_near_links
 from footfall.planning.walk.hung import Hung
 from footfall.planning.walk.rappel import AROUND
 from footfall.planning.walk.slope_frame import slope_between
@@ -39,7 +39,7 @@ def stand(
 ) -> RobotState:
     """Stand a rover at (x, y) with heading yaw, its chassis level where that can be.
 
-    The level stance is that of :func:`footfall.planning.stance.stand.stand`. Where there is none, and the posture is
+    The level stance is that of :func:`footfall.planning.body.stand.stand`. Where there is none, and the posture is
     "stand", a search of some seconds sets the feet anywhere near; the chassis then is within 0.15 m and 0.15 rad of
     what was asked, and leans at most 0.6 rad to each side. A walk may begin in what it finds. On a tether the search
     alone is asked, and leaning is counted from the slope.

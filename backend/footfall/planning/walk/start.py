@@ -7,8 +7,8 @@ from footfall.balance.payload import carried
 from footfall.balance.torques import torque_check
 from footfall.core.beside import beside
 from footfall.maps.standing import contacts, standing
+from footfall.planning.scene.lift import branch_of
 from footfall.planning.step.held import NOTHING_HOLDS
-from footfall.planning.step.lift import branch_of
 from footfall.planning.walk.foot_move import At
 from footfall.planning.walk.problem import Stance, WalkSettings
 from footfall.robot.kinematics import wheel_pose

@@ -10,11 +10,11 @@ from itertools import pairwise
 import numpy as np
 from numpy.typing import NDArray
 
-from footfall.planning.step.edges import samples
-from footfall.planning.step.leg_free_kernel import SURE, BodyTables, edge_is_sure, edges_are_sure, first_unsure
-from footfall.planning.step.leg_over_ground import LegOverGround
-from footfall.planning.step.sbl_kernel import GROWING, JOINED, grow, planted, route
-from footfall.planning.step.shortcut_kernel import shortened
+from footfall.planning.joint_path import samples
+from footfall.planning.scene.leg_free_kernel import SURE, BodyTables, edge_is_sure, edges_are_sure, first_unsure
+from footfall.planning.scene.leg_over_ground import LegOverGround
+from footfall.planning.step.search.sbl_kernel import GROWING, JOINED, grow, planted, route
+from footfall.planning.step.search.shortcut_kernel import shortened
 from footfall.planning.walk.legs_kernel import LegsTables, leg_at
 from footfall.robot.leg_clearance_kernel import NO_GROUND, RAISED_GROUND, TRUE_GROUND, LegTables
 

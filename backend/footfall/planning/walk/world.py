@@ -8,10 +8,10 @@ from numpy.typing import NDArray
 
 from footfall.balance.held import held_tables
 from footfall.balance.held_kernel import HeldTables
+from footfall.planning.latest_results import LatestResults
+from footfall.planning.scene.ground import Nearby
 from footfall.planning.scene.rover_tables import rover_tables
 from footfall.planning.scene.tether_tables import tether_tables
-from footfall.planning.step.ground import Nearby
-from footfall.planning.step.latest_results import LatestResults
 from footfall.planning.walk.body_kernel import Checks
 from footfall.planning.walk.hung import Hung
 from footfall.planning.walk.legs_kernel import KNEE_ROLL_ON_THE_WAY, WRIST_ON_THE_WAY, LegsTables

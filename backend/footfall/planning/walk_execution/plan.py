@@ -9,6 +9,8 @@ from footfall.core.errors import InvalidInput
 from footfall.core.progress import Progress, no_progress, part
 from footfall.core.value import Provenance
 from footfall.planning.answers import Check, Status
+from footfall.planning.body.body_move import No
+from footfall.planning.body.move import BodyMovePlan
 from footfall.planning.compliance.compliant_rover import RestingRover
 from footfall.planning.execution.begin import REACH_OUT, Beginning, beginning, require_fit
 from footfall.planning.execution.body_course import ENDS, NEAREST
@@ -16,8 +18,6 @@ from footfall.planning.execution.body_plan import BodyExecuted, body_executed
 from footfall.planning.execution.execution_settings import HELD, ExecutionSettings
 from footfall.planning.execution.plan import Executed, executed
 from footfall.planning.execution.problem import BodyExecution, Execution
-from footfall.planning.stance.body_move import No
-from footfall.planning.stance.move import BodyMovePlan
 from footfall.planning.step.problem import StepPlan
 from footfall.planning.walk.parts import parts_of, stay
 from footfall.planning.walk.problem import WalkPlan, part_name

@@ -5,7 +5,7 @@ from dataclasses import replace
 import numpy as np
 
 from footfall.core.frames import inverse
-from footfall.planning.stance.follow import unwrapped
+from footfall.planning.body.follow import unwrapped
 from footfall.robot.ik import solve_leg
 from footfall.robot.kinematics import wheel_pose
 from footfall.robot.model import Robot

@@ -9,7 +9,7 @@ from dataclasses import dataclass, replace
 
 from footfall.core.errors import Conflict, FootFallError, InvalidInput
 from footfall.maps.layers import MapStack
-from footfall.planning.stance.body_shift import BodyShift
+from footfall.planning.body.body_shift import BodyShift
 from footfall.planning.step.problem import Footfall, Point
 from footfall.session.access.acting import actor
 from footfall.session.access.identity import LOCAL, Identity
@@ -195,7 +195,7 @@ class Hand:
         dem = self._core.typed(Dem, present(self._core.state.dem, "there is no terrain yet"))
         if held.leg is None:
             # names what computes only when the chassis is in hand
-            from footfall.planning.stance.shift import shifted_state
+            from footfall.planning.body.shift import shifted_state
 
             shift = BodyShift(*held.place)
             found = shifted_state(self._core.robot, dem, self._stands(), shift)

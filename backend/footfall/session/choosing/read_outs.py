@@ -6,7 +6,7 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from footfall.core.frames import apply
-from footfall.planning.stance.body_shift import BodyShift, ShiftRefused
+from footfall.planning.body.body_shift import BodyShift, ShiftRefused
 from footfall.planning.step.problem import Point
 from footfall.session.answers.choices import FootfallAnswer, ReadOutAnswer
 from footfall.telemetry.state import RobotState

@@ -98,7 +98,7 @@ def after(parents: Mapping[str, Any], settings: None, progress: Progress) -> Val
 
     Makes a PredictedState.
     """
-    from footfall.planning.stance.after import state_after
+    from footfall.planning.body.after import state_after
 
     robot, dem, state = (parents[name] for name in ("robot", "dem", "state"))
     sequence = parents.get("sequence")
@@ -115,8 +115,8 @@ def after(parents: Mapping[str, Any], settings: None, progress: Progress) -> Val
 
 def what_if(parents: Mapping[str, Any], settings: Any, progress: Progress) -> Value:
     """robot, dem, state; BodyShift → PredictedState. Raises InvalidInput where the feet can't stay where they are."""
-    from footfall.planning.stance.body_shift import ShiftRefused
-    from footfall.planning.stance.shift import shifted_state
+    from footfall.planning.body.body_shift import ShiftRefused
+    from footfall.planning.body.shift import shifted_state
 
     found = shifted_state(parents["robot"], parents["dem"], parents["state"], settings)
     if isinstance(found, ShiftRefused):
@@ -144,7 +144,7 @@ def held_move(parents: Mapping[str, Any], settings: ExecutionRequest, progress: 
 
 def shift(parents: Mapping[str, Any], settings: ShiftRequest, progress: Progress) -> Value:
     """robot, dem, state; ShiftRequest → ShiftResult."""
-    from footfall.planning.stance.find_shift import find_shift
+    from footfall.planning.body.find_shift import find_shift
 
     robot, dem, state = (parents[name] for name in ("robot", "dem", "state"))
     chosen = settings.footfall
@@ -153,7 +153,7 @@ def shift(parents: Mapping[str, Any], settings: ShiftRequest, progress: Progress
 
 def body_move(parents: Mapping[str, Any], settings: BodyMoveRequest, progress: Progress) -> Value:
     """robot, dem, state; BodyMoveRequest → BodyMoveResult."""
-    from footfall.planning.stance.body_move import plan_body_move
+    from footfall.planning.body.body_move import plan_body_move
 
     robot, dem, state = (parents[name] for name in ("robot", "dem", "state"))
     return plan_body_move(robot, dem, state, settings.shift, settings.settings, progress)

@@ -9,12 +9,12 @@ from footfall.balance.tether import Tether
 from footfall.core.errors import InvalidInput
 from footfall.core.value import LATER, Value, before, value
 from footfall.maps.layers import MapSettings
+from footfall.planning.body.body_shift import BodyShift
+from footfall.planning.body.find_problem import FindShiftSettings
+from footfall.planning.body.move import BodyMoveSettings
 from footfall.planning.execution.execution_settings import ExecutionSettings
 from footfall.planning.gait.problem import WAVE, GaitSettings
 from footfall.planning.route.problem import RouteSettings
-from footfall.planning.stance.body_shift import BodyShift
-from footfall.planning.stance.find_problem import FindShiftSettings
-from footfall.planning.stance.move import BodyMoveSettings
 from footfall.planning.step.problem import Footfall, Point, StepSettings
 from footfall.planning.walk.problem import WalkGoal, WalkSettings
 

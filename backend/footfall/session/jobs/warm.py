@@ -11,7 +11,7 @@ from collections.abc import Callable
 def plan() -> object:
     """A step on level ground."""
     from footfall.io.robot_files import load_robot
-    from footfall.planning.stance.stand import stand
+    from footfall.planning.body.stand import stand
     from footfall.planning.step.plan import plan_step
     from footfall.robot.kinematics import wheel_centers
     from footfall.terrain.generate import plane
@@ -25,7 +25,7 @@ def plan() -> object:
 def maps() -> object:
     """One leg's maps of level ground."""
     from footfall.io.robot_files import load_robot
-    from footfall.planning.stance.stand import stand
+    from footfall.planning.body.stand import stand
     from footfall.planning.step.leg_maps import compute_maps
     from footfall.terrain.generate import plane
 

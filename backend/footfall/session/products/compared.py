@@ -7,7 +7,7 @@ from typing import TYPE_CHECKING, cast
 import numpy as np
 
 from footfall.maps.layers import MapStack
-from footfall.planning.stance.body_shift import PredictedState
+from footfall.planning.body.body_shift import PredictedState
 from footfall.sequence.commands import Sequence
 from footfall.session.answers.fits import UpToDateAnswer
 from footfall.session.core import SessionCore

@@ -8,9 +8,9 @@ import numpy as np
 from footfall.core.errors import Conflict, InvalidInput
 from footfall.core.frames import pose_difference
 from footfall.core.value import Value
-from footfall.planning.stance.body_shift import BodyShift
-from footfall.planning.stance.find_problem import FindShiftSettings
-from footfall.planning.stance.move import BodyMoveSettings
+from footfall.planning.body.body_shift import BodyShift
+from footfall.planning.body.find_problem import FindShiftSettings
+from footfall.planning.body.move import BodyMoveSettings
 from footfall.planning.step.problem import Footfall
 from footfall.sequence.commands import Sequence
 from footfall.session.choosing.choices import PageChoices

@@ -15,7 +15,7 @@ from footfall.core.value import Value
 from footfall.io.artifacts import decode
 from footfall.io.bundles import ARTIFACTS, Bundle
 from footfall.planning.answers import Status
-from footfall.planning.step.watch import patience
+from footfall.planning.watch import patience
 from footfall.session.jobs.product_recipes import PRODUCTS, Recipe, make
 from footfall.session.log.event import event_of
 from footfall.session.log.fold import SessionState, fold_all

@@ -1,0 +1,1 @@
+"""Standing, and moves of the chassis while all wheels stand."""

@@ -1,0 +1,230 @@
+"""Compiled lower bounds of what parts of a moving rover leave to spare, so that few distances of meshes are asked for.
+
+Two bounds of each thing in each posture: a coarse one, by balls or by the highest ground around, and a finer one, which
+is proven as well (robot/separation.py). The finer one is as good as convex hulls allow where it is less than any finer
+one found before it, and else no worse than the coarse one: of what may be the least only that counts.
+"""
+
+import math
+
+import numpy as np
+from numpy.typing import NDArray
+
+from footfall.compiled import njit
+from footfall.planning.scene.ground_nearness_kernel import (
+    DEPTH,
+    as_triangle,
+    boxes_apart,
+    over_points,
+    tile_apart,
+    unmoved,
+)
+from footfall.robot.separation import SCRATCH, least_apart
+from footfall.robot.shells import CENTER, REACH
+
+Array = NDArray[np.float64]
+Numbers = NDArray[np.int64]
+
+ROUNDING = 0.001
+"""Ground may be so much higher than its greatest height says, as heights are stored as float32 [m]."""
+
+
+@njit()
+def own_bounds(
+    shells: Array, points: Array, poses: Array, pairs: Numbers, deltas: Array, far: float
+) -> tuple[Array, Array]:
+    """Coarse and finer bounds of how far pairs are apart beyond δ, (n, pairs) each [m].
+
+    shells, points: hulls of the links (shells.point_shells); poses: (n, links, 4, 4); pairs: (k, 2) two links each;
+    deltas: (k,). What is farther than ``far`` is not looked at any closer.
+    """
+    n, links, count = poses.shape[0], poses.shape[1], pairs.shape[0]
+    if shells.shape[0] < links or deltas.size != count or pairs.shape[1] != 2:
+        raise ValueError("the tables of the pairs don't fit each other")
+    coarse, finer = np.empty((n, count)), np.empty((n, count))
+    middles, scratch, near = np.empty((links, 3)), np.empty((SCRATCH, 3)), far
+    for i in range(n):
+        for link in range(links):
+            for row in range(3):
+                middles[link, row] = poses[i, link, row, 3]
+                for k in range(3):
+                    middles[link, row] += poses[i, link, row, k] * shells[link, CENTER + k]
+        for pair in range(count):
+            a, b, delta = pairs[pair, 0], pairs[pair, 1], deltas[pair]
+            square = 0.0
+            for k in range(3):
+                square += (middles[a, k] - middles[b, k]) ** 2
+            bound = math.sqrt(square) - shells[a, REACH] - shells[b, REACH] - delta
+            coarse[i, pair] = bound
+            if bound < near:
+                found = least_apart(shells, points, a, poses[i], a, b, poses[i], b, near + delta, scratch)
+                bound = max(bound, found - delta)
+                near = min(near, bound)
+            finer[i, pair] = bound
+    return coarse, finer
+
+
+@njit()
+def ground_bounds(
+    shells: Array,
+    points: Array,
+    poses: Array,
+    deltas: Array,
+    lift: float,
+    heights: NDArray[np.float32],
+    corner: Array,
+    resolution: float,
+    beside: float,
+    far: float,
+) -> tuple[Array, Array, Array]:
+    """Coarse and finer bounds of how far links are from the ground beyond δ, (n, links) [m], and (links, 4) boxes.
+
+    shells, points: hulls of the links, and two more rows to write ground into (leg_over_ground.py); poses: (n, links,
+    4, 4) in site; deltas: (links,). heights: (rows, cols) of ground raised by ``lift``, without holes; corner: (2,) x
+    and y of the first. The boxes around a link's whole way, west, south, east and north, are larger by ``beside``.
+
+    Coarse: a link is as far from the ground as its lowest point is above the highest ground in its box; ground farther
+    off is at least ``beside`` away. Finer: −inf where a part of it may be below the ground: where one of its points is
+    not above it or off the grid, or where its hull is not proven to be apart from it. What is farther than ``far`` is
+    not looked at any closer.
+    """
+    n, links = poses.shape[0], poses.shape[1]
+    if shells.shape[0] != links + 2 or deltas.size != links:
+        raise ValueError("the tables of the links don't fit each other")
+    shells, points = shells.copy(), points.copy()
+    coarse, finer = np.empty((n, links)), np.empty((n, links))
+    boxes, low, high = np.empty((links, 4)), np.empty((n, links, 3)), np.empty((n, links, 3))
+    bottoms = np.empty(links)
+    near = far
+    for link in range(links):
+        boxes[link, :2], boxes[link, 2:] = np.inf, -np.inf
+        for i in range(n):
+            over = over_points(
+                shells,
+                points,
+                link,
+                poses[i, link],
+                low[i, link],
+                high[i, link],
+                lift,
+                heights,
+                corner,
+                resolution,
+                -np.inf,
+            )
+            finer[i, link] = over
+            if over > 0.0:
+                near = min(near, over - deltas[link])
+            for k in range(2):
+                boxes[link, k] = min(boxes[link, k], low[i, link, k])
+                boxes[link, 2 + k] = max(boxes[link, 2 + k], high[i, link, k])
+        boxes[link, :2] -= beside
+        boxes[link, 2:] += beside
+        lowest, highest = _extremes(boxes[link, :2], boxes[link, 2:], heights, corner, resolution)
+        bottoms[link], highest = lowest + lift - DEPTH, highest + lift
+        for i in range(n):
+            coarse[i, link] = min(low[i, link, 2] - highest - ROUNDING, beside) - deltas[link]
+    identity, scratch, work = unmoved(), np.empty((SCRATCH, 3)), np.empty((2, 3))
+    window = np.empty(4, np.int64)
+    for i in range(n):
+        for link in range(links):
+            if not finer[i, link] > 0.0:
+                finer[i, link] = -np.inf
+                continue
+            bound = coarse[i, link]
+            if bound < near:
+                enough = near + deltas[link]
+                _window(low[i, link] - enough, high[i, link] + enough, heights, corner, resolution, window)
+                window[1] -= 1
+                window[3] -= 1
+                # ground outside of the window is farther than is asked for
+                found = min(
+                    enough,
+                    tile_apart(
+                        shells,
+                        points,
+                        link,
+                        links,
+                        poses[i],
+                        low[i, link],
+                        high[i, link],
+                        enough,
+                        lift,
+                        heights,
+                        corner,
+                        resolution,
+                        window,
+                        bottoms[link],
+                        identity,
+                        scratch,
+                        work,
+                    ),
+                )
+                bound = max(bound, found - deltas[link]) if found > 0.0 else -np.inf
+                near = min(near, bound)
+            finer[i, link] = bound
+    return coarse, finer, boxes
+
+
+@njit()
+def near_triangles(
+    shells: Array,
+    points: Array,
+    T: Array,
+    within: float,
+    lift: float,
+    heights: NDArray[np.float32],
+    corner: Array,
+    resolution: float,
+) -> Numbers:
+    """Triangles of the ground that may be nearer to a link than ``within`` [m], the others are proven to be farther.
+
+    Row and column of the block, and which half of it. shells, points: of :func:`ground_bounds`, the link's is the
+    first; T: (1, 4, 4).
+    """
+    shells, points = shells.copy(), points.copy()
+    low, high, ground_low, ground_high = np.empty(3), np.empty(3), np.empty(3), np.empty(3)
+    over_points(shells, points, 0, T[0], low, high, lift, heights, corner, resolution, -np.inf)
+    identity, scratch, window = unmoved(), np.empty((SCRATCH, 3)), np.empty(4, np.int64)
+    _window(low - within, high + within, heights, corner, resolution, window)
+    found = np.empty((2 * max((window[1] - window[0]) * (window[3] - window[2]), 0), 3), np.int64)
+    count, triangle = 0, shells.shape[0] - 1
+    for row in range(window[0], window[1] - 1):
+        for col in range(window[2], window[3] - 1):
+            for half in range(2):
+                as_triangle(
+                    shells, points, triangle, row, col, half, lift, heights, corner, resolution, ground_low, ground_high
+                )
+                if boxes_apart(low, high, ground_low, ground_high) >= within:
+                    continue
+                if least_apart(shells, points, 0, T, 0, triangle, identity, 0, within, scratch) < within:
+                    found[count, 0], found[count, 1], found[count, 2] = row, col, half
+                    count += 1
+    return found[:count]
+
+
+@njit()
+def _extremes(
+    low: Array, high: Array, heights: NDArray[np.float32], corner: Array, resolution: float
+) -> tuple[float, float]:
+    """Lowest and highest ground in a box and beside it by a cell [m]; infinite where there is none."""
+    window, lowest, highest = np.empty(4, np.int64), np.inf, -np.inf
+    _window(low, high, heights, corner, resolution, window)
+    for row in range(window[0], window[1]):
+        for col in range(window[2], window[3]):
+            height = float(heights[row, col])
+            lowest, highest = min(lowest, height), max(highest, height)
+    return lowest, highest
+
+
+@njit()
+def _window(
+    low: Array, high: Array, heights: NDArray[np.float32], corner: Array, resolution: float, window: Numbers
+) -> None:
+    """Write first row and the one after the last, then the same of columns: cells in a box and their neighbours."""
+    for k in range(2):
+        size = heights.shape[1 - k]
+        first = math.floor((low[k] - corner[k]) / resolution)
+        last = math.ceil((high[k] - corner[k]) / resolution) + 1
+        window[2 - 2 * k] = min(max(first, 0), size)
+        window[3 - 2 * k] = min(max(last, 0), size)
