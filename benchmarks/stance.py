@@ -10,10 +10,10 @@ import footfall
 from benchmarks.scenes import robot, rocks, standing
 from benchmarks.timing import SEED, Figure, seconds
 from footfall.core.frames import apply
-from footfall.planning.answers import Status
+from footfall.planning.answers import No, Status
 from footfall.planning.body.body_shift import ShiftRefused
 from footfall.planning.body.find_problem import FindShiftSettings, ShiftResult
-from footfall.planning.scene.ground import GroundRefused, footfall_contact
+from footfall.planning.scene.ground import footfall_contact
 from footfall.planning.step.problem import StepSettings
 from footfall.robot.kinematics import wheel_centers
 
@@ -46,7 +46,7 @@ def targets(count: int, beyond: tuple[float, float]) -> list[Target]:
         if len(choices[leg]):
             cell = int(rng.choice(choices[leg]))
             target = (leg, float(x.flat[cell]), float(y.flat[cell]))
-            if not isinstance(footfall_contact(robot(), rocks(), *target[1:]), GroundRefused):
+            if not isinstance(footfall_contact(robot(), rocks(), *target[1:]), No):
                 out.append(target)
     return out
 

@@ -10,7 +10,8 @@ import footfall
 from benchmarks import scenes
 from footfall.core.errors import InvalidInput
 from footfall.core.frames import apply, rotation, transform
-from footfall.planning.scene.ground import GroundRefused, footfall_contact
+from footfall.planning.answers import No
+from footfall.planning.scene.ground import footfall_contact
 from footfall.planning.step.target import candidates
 from footfall.robot.collision import CollisionScene
 from footfall.robot.description import with_payload
@@ -137,7 +138,7 @@ def wheel_radius_of(posture: str) -> float:
 def _with_leg_at(robot: Robot, dem: Dem, state: RobotState, leg: int, x: float, y: float) -> RobotState:
     """The state with one leg standing at (x, y), in the first posture there that nothing collides in."""
     contact = footfall_contact(robot, dem, x, y)
-    if isinstance(contact, GroundRefused):
+    if isinstance(contact, No):
         raise InvalidInput(f"leg {leg} can't be put to ({x:.2f}, {y:.2f}): {contact.reason}")
     T_site_base = np.asarray(state.T_site_base)
     scene = CollisionScene(robot, state.posture, leg, T_site_base, triangulate(dem))

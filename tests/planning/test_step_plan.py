@@ -9,9 +9,9 @@ import pytest
 
 from footfall.core.errors import Cancelled, InvalidInput
 from footfall.core.value import flatten, unflatten
-from footfall.planning.answers import Status
+from footfall.planning.answers import No, Status
 from footfall.planning.body.stand import stand
-from footfall.planning.scene.ground import GroundRefused, Nearby, footfall_contact, nearby
+from footfall.planning.scene.ground import Nearby, footfall_contact, nearby
 from footfall.planning.scene.leg_over_ground import LegOverGround
 from footfall.planning.scene.lift import raised_poses, vertical
 from footfall.planning.scene.solids import LegAlongPath, part_poses
@@ -402,7 +402,7 @@ def test_a_lift_passes_the_straight_wrist_without_a_jump(athlete, open_ground):
     """The shank gets vertical on the way: the branch id changes, the joints don't jump."""
     _, state = open_ground
     contact = footfall_contact(athlete, open_ground[0], *OPEN_TARGET)
-    assert not isinstance(contact, GroundRefused)
+    assert not isinstance(contact, No)
     T_site_base, q_start = np.asarray(state.T_site_base), np.array(state.leg(0))
     possible = candidates(athlete, 0, contact, T_site_base, q_start, 0)
     upright = next(one for one in possible if one.branch == 0 and one.lean == 0)
@@ -420,7 +420,7 @@ def test_a_lift_passes_the_straight_wrist_without_a_jump(athlete, open_ground):
 def test_a_leaning_wheel_touches_the_same_point_and_leans_into_the_plane(athlete, open_ground):
     dem, state = open_ground
     contact = footfall_contact(athlete, dem, 2.05, 0.45)
-    assert not isinstance(contact, GroundRefused)
+    assert not isinstance(contact, No)
     possible = candidates(athlete, 0, contact, np.asarray(state.T_site_base), np.array(state.leg(0)), 0)
     assert {one.lean > 0 for one in possible} == {True, False}
     for one in possible:
@@ -461,7 +461,7 @@ def test_ground_beyond_the_map_is_not_free():
     assert isinstance(whole, Nearby)
     assert np.isfinite(height_at(whole.dem, 1.4, 0.0))
     assert whole.filled.any()
-    assert isinstance(nearby(dem, np.array([50.0, 0.0]), 0.5, np.zeros((0, 3))), GroundRefused)
+    assert isinstance(nearby(dem, np.array([50.0, 0.0]), 0.5, np.zeros((0, 3))), No)
 
 
 def test_a_standing_wheel_tells_the_height_of_unseen_ground():

@@ -1,5 +1,6 @@
 """What planning answers: how it ended, and what was checked."""
 
+from dataclasses import dataclass
 from enum import Enum
 
 from footfall.core.errors import InvalidInput
@@ -37,3 +38,12 @@ class Check(Value):
     margin: float
     unit: str
     where: str
+
+
+@dataclass(frozen=True)
+class No:
+    """A refusal on the way to an answer: how planning ends, why and what to try, and what was checked."""
+
+    status: Status
+    reason: str
+    checks: tuple[Check, ...] = ()

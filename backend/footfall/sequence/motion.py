@@ -15,8 +15,9 @@ from footfall.balance.payload import loaded
 from footfall.core.beside import beside
 from footfall.core.frames import apply
 from footfall.maps.standing import STANDING_GAP, Contacts, contacts, wheel_gaps
+from footfall.planning.answers import No
 from footfall.planning.scene.collision_depth import in_words, worst
-from footfall.planning.scene.ground import GroundRefused, Nearby, nearby
+from footfall.planning.scene.ground import Nearby, nearby
 from footfall.planning.scene.whole_body import WholeBody
 from footfall.robot.collision import CollisionScene
 from footfall.robot.kinematics import leg_wheel_pose
@@ -72,7 +73,7 @@ def check_motion(
     centers = np.array([passage.T_after[:2, 3] for passage in way])
     shifted = float(np.linalg.norm(centers - way[0].T_before[:2, 3], axis=1).max())
     ground = nearby(dem, way[0].T_before[:2, 3], reach(robot) + shifted, feet)
-    if isinstance(ground, GroundRefused):
+    if isinstance(ground, No):
         return [RuleResult("terrain-collision", moves[0], False, np.nan, "m", ground.reason)]
     body = WholeBody(robot, ground, settings.clearance) if len(of_leg) < len(moves) else None
     results: list[RuleResult] = []

@@ -13,11 +13,12 @@ from numpy.typing import NDArray
 from footfall.core.errors import InvalidSequence
 from footfall.core.frames import apply
 from footfall.maps.standing import contacts
+from footfall.planning.answers import No
 from footfall.planning.compliance.compliant_rover import CompliantRover, RestingRover
 from footfall.planning.compliance.from_telemetry import measured
 from footfall.planning.compliance.predict import STRIDE, advanced
 from footfall.planning.execution.course import FALL
-from footfall.planning.scene.ground import GroundRefused, Nearby, nearby
+from footfall.planning.scene.ground import Nearby, nearby
 from footfall.robot.kinematics import wheel_centers
 from footfall.robot.model import Robot
 from footfall.sequence.commands import AtRest, Command
@@ -52,7 +53,7 @@ class Yielding:
     """
 
     rover: CompliantRover
-    ground: Nearby | GroundRefused
+    ground: Nearby | No
     rows: tuple[YieldingRow, ...]
     postures: Array
     Ts_site_base: Array
@@ -76,7 +77,7 @@ def follow(
     feet = contacts(robot, dem, state.posture, state.T_site_base, list(robot.legs)).points
     # the chassis goes no farther than its legs reach
     ground = nearby(dem, state.T_site_base[:2, 3], 2 * reach(robot), feet)
-    whole, unseen = (dem, None) if isinstance(ground, GroundRefused) else (ground.dem, ground.filled)
+    whole, unseen = (dem, None) if isinstance(ground, No) else (ground.dem, ground.filled)
     rover = CompliantRover(robot, whole, settings.compliance, unseen)
     rest = measured(rover, state, at_rest.set_points, fitted)
     rows: list[YieldingRow] = []

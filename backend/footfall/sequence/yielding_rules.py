@@ -30,13 +30,13 @@ from footfall.balance.payload import loaded
 from footfall.balance.support import margins
 from footfall.core.beside import beside
 from footfall.core.frames import apply
+from footfall.planning.answers import No
 from footfall.planning.body.move_checks import LOCKED, coms_of, dense
 from footfall.planning.compliance.compliant_rover import CompliantRover, RestingRover
 from footfall.planning.compliance.from_telemetry import LEAST_LOAD
 from footfall.planning.execution.plan import rim_clearance
 from footfall.planning.execution.prediction_checks import WORSE
 from footfall.planning.execution.problem import PHASES
-from footfall.planning.scene.ground import GroundRefused
 from footfall.planning.scene.whole_body import NearestGap, WholeBody
 from footfall.robot.description import link_name
 from footfall.robot.limits import room_to_limits
@@ -67,7 +67,7 @@ def check_yielding(
     moves = [row for row in range(len(way.rows)) if target(commands[row], robot.leg_count) is not None]
     if not moves:
         return []
-    if isinstance(way.ground, GroundRefused):
+    if isinstance(way.ground, No):
         return [RuleResult("terrain-collision", moves[0], False, np.nan, "m", way.ground.reason)]
     body = WholeBody(robot, way.ground, settings.clearance)
     stepping = stepping_legs(commands)

@@ -10,14 +10,14 @@ from footfall.core.errors import InvalidInput
 from footfall.core.progress import Progress, no_progress
 from footfall.core.value import Provenance
 from footfall.maps.standing import STANDING_GAP, Contacts, contacts, standing, wheel_gaps
-from footfall.planning.answers import Check, Status
+from footfall.planning.answers import Check, No, Status
 from footfall.planning.body.body_shift import BodyShift
 from footfall.planning.body.checked import MoveCheck
 from footfall.planning.body.follow import Followed, Obstacle, follow
 from footfall.planning.body.move import BodyMovePlan, BodyMoveResult, BodyMoveSettings
 from footfall.planning.body.move_checks import recheck
 from footfall.planning.body.shift import obstacle_in_words, require_same_robot, require_shift
-from footfall.planning.scene.ground import GroundRefused, nearby
+from footfall.planning.scene.ground import nearby
 from footfall.planning.scene.whole_body import FAR, WholeBody
 from footfall.planning.watch import OutOfTime, Watch
 from footfall.robot.kinematics import wheel_centers
@@ -49,15 +49,6 @@ class StandingRover:
     standing: tuple[int, ...]
     feet: Contacts
     body: WholeBody
-
-
-@dataclass(frozen=True)
-class No:
-    """Why there is no move."""
-
-    status: Status
-    reason: str
-    checks: tuple[Check, ...] = ()
 
 
 @dataclass(frozen=True)
@@ -164,8 +155,8 @@ def stance_of(
     chassis = float(np.linalg.norm(robot.description.meshes["base"].vertices[:, :2], axis=1).max())
     wheels = float(np.linalg.norm(wheel_centers(robot, q)[:, :2], axis=1).max()) + robot.wheel_radius
     ground = nearby(dem, center, max(chassis, wheels) + FAR + reach_out, feet.points)
-    if isinstance(ground, GroundRefused):
-        return No(ground.status, ground.reason)
+    if isinstance(ground, No):
+        return ground
     return StandingRover(robot, state, tuple(down), feet, WholeBody(robot, ground, clearance))
 
 

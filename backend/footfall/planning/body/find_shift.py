@@ -10,8 +10,8 @@ from footfall.core.beside import beside
 from footfall.core.errors import InvalidInput
 from footfall.core.progress import Progress, no_progress
 from footfall.core.value import Provenance
-from footfall.planning.answers import Status
-from footfall.planning.body.body_move import CheckedMove, No, StandingRover, checked, followed, plan_of, stance_of
+from footfall.planning.answers import No, Status
+from footfall.planning.body.body_move import CheckedMove, StandingRover, checked, followed, plan_of, stance_of
 from footfall.planning.body.body_shift import BodyShift
 from footfall.planning.body.find_problem import FindShiftSettings, ShiftResult
 from footfall.planning.body.follow import Obstacle
@@ -20,7 +20,7 @@ from footfall.planning.body.shift import obstacle_in_words, require_same_robot
 from footfall.planning.body.shift_search import Ranked, search
 from footfall.planning.body.step_ends import StepEnds
 from footfall.planning.body.violations import StepViolations, largest
-from footfall.planning.scene.ground import GroundRefused, footfall_contact
+from footfall.planning.scene.ground import footfall_contact
 from footfall.planning.step.problem import Footfall
 from footfall.planning.watch import OutOfTime, Watch
 from footfall.robot.model import Robot
@@ -118,8 +118,8 @@ def _found(
     robot: Robot, dem: Dem, state: RobotState, footfall: Footfall, settings: FindShiftSettings, watch: Watch
 ) -> _Found | No:
     contact = footfall_contact(robot, dem, footfall.x, footfall.y)
-    if isinstance(contact, GroundRefused):
-        return No(contact.status, contact.reason)
+    if isinstance(contact, No):
+        return contact
     away = float(np.hypot(*(contact.point[:2] - np.asarray(state.T_site_base)[:2, 3])))
     mount = float(np.linalg.norm(robot.description.legs[footfall.leg].T_base_hip[:2, 3]))
     farthest = mount + robot.leg_length(footfall.leg) + np.sqrt(2) * settings.most_shift

@@ -8,8 +8,8 @@ from numpy.typing import ArrayLike, NDArray
 
 from footfall.core.errors import InvalidInput
 from footfall.core.value import Provenance
-from footfall.planning.answers import Status
-from footfall.planning.body.body_move import No, stance_of
+from footfall.planning.answers import No, Status
+from footfall.planning.body.body_move import stance_of
 from footfall.planning.body.move import BodyMovePlan
 from footfall.planning.compliance.compliant_rover import CompliantRover, RestingRover
 from footfall.planning.compliance.from_telemetry import measured

@@ -7,8 +7,7 @@ from numpy.typing import ArrayLike
 
 from footfall.core.progress import Progress, no_progress, part
 from footfall.core.value import Provenance
-from footfall.planning.answers import Status
-from footfall.planning.body.body_move import No
+from footfall.planning.answers import No, Status
 from footfall.planning.body.move import BodyMovePlan
 from footfall.planning.compliance.compliant_rover import RestingRover
 from footfall.planning.execution.begin import Beginning, asked_of, beginning, moved

@@ -11,8 +11,7 @@ from numpy.typing import ArrayLike, NDArray
 
 from footfall.core.progress import Progress, no_progress, part
 from footfall.core.value import Provenance
-from footfall.planning.answers import Check, Status
-from footfall.planning.body.body_move import No
+from footfall.planning.answers import Check, No, Status
 from footfall.planning.compliance.compliance_settings import WIDEST, ComplianceSettings
 from footfall.planning.compliance.compliant_rover import CompliantRover, RestingRover
 from footfall.planning.compliance.from_telemetry import measured

@@ -13,7 +13,7 @@ from numpy.typing import NDArray
 
 from footfall.core.beside import roughly
 from footfall.core.mesh import Mesh
-from footfall.planning.answers import Status
+from footfall.planning.answers import No, Status
 from footfall.planning.scene.ground_tiles import GroundTiles
 from footfall.robot.model import Robot
 from footfall.terrain.dem import Dem
@@ -30,14 +30,6 @@ class Contact:
 
     point: Array
     normal: Array
-
-
-@dataclass(frozen=True)
-class GroundRefused:
-    """Why there is no footfall here."""
-
-    status: Status
-    reason: str
 
 
 @dataclass(frozen=True, eq=False)
@@ -62,7 +54,7 @@ class Nearby:
         return GroundTiles(self.dem)
 
 
-def footfall_contact(robot: Robot, dem: Dem, x: float, y: float) -> Contact | GroundRefused:
+def footfall_contact(robot: Robot, dem: Dem, x: float, y: float) -> Contact | No:
     """The contact at a place, if all the ground in a disc of a wheel's radius is known.
 
     Args:
@@ -81,7 +73,7 @@ def footfall_contact(robot: Robot, dem: Dem, x: float, y: float) -> Contact | Gr
         reason = (
             f"the footfall ({x:.6g}, {y:.6g}) lies {roughly(outside, 3)} m off the map; {spans}; choose a place inside"
         )
-        return GroundRefused(Status.OFF_MAP, reason)
+        return No(Status.OFF_MAP, reason)
     unknown = _unknown_in_disc(dem, x, y, robot.wheel_radius)
     height = float(height_at(dem, x, y))
     normal = normal_at(dem, x, y, robot.wheel_radius)
@@ -92,7 +84,7 @@ def footfall_contact(robot: Robot, dem: Dem, x: float, y: float) -> Contact | Gr
             f"{where} ({robot.wheel_radius:z.2f} m) of the footfall ({x:z.2f}, {y:z.2f}) is unknown; "
             "take images that show it, or choose a place farther from the holes and the map's edge"
         )
-        return GroundRefused(Status.UNKNOWN_GROUND, reason)
+        return No(Status.UNKNOWN_GROUND, reason)
     return Contact(np.array([x, y, height]), np.asarray(normal))
 
 
@@ -112,7 +104,7 @@ def _unknown_in_disc(dem: Dem, x: float, y: float, radius: float) -> float:
     return float(np.isnan(height_at(dem, x + dx[inside], y + dy[inside])).mean())
 
 
-def nearby(dem: Dem, center_xy: Array, radius: float, contacts: Array) -> Nearby | GroundRefused:
+def nearby(dem: Dem, center_xy: Array, radius: float, contacts: Array) -> Nearby | No:
     """The ground around a place, holes filled as terrain.unseen says.
 
     Args:
@@ -126,7 +118,5 @@ def nearby(dem: Dem, center_xy: Array, radius: float, contacts: Array) -> Nearby
     """
     whole = without_holes(dem, center_xy, radius, contacts)
     if whole is None:
-        return GroundRefused(
-            Status.UNKNOWN_GROUND, "no ground at all is known around this leg; load or build a terrain"
-        )
+        return No(Status.UNKNOWN_GROUND, "no ground at all is known around this leg; load or build a terrain")
     return Nearby(whole.dem, whole.filled)

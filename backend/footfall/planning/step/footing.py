@@ -13,9 +13,10 @@ from footfall.balance.moving_leg import moment_without
 from footfall.balance.support import half_planes
 from footfall.balance.torque_candidates import StandingLegs
 from footfall.maps.standing import Contacts, contacts
+from footfall.planning.answers import No
 from footfall.planning.latest_results import LatestResults
 from footfall.planning.scene.certificate import Certificate
-from footfall.planning.scene.ground import GroundRefused, Nearby, nearby
+from footfall.planning.scene.ground import Nearby, nearby
 from footfall.planning.scene.leg_over_ground import LegOverGround
 from footfall.planning.scene.solids import LegAlongPath
 from footfall.planning.step.problem import StepSettings
@@ -75,7 +76,7 @@ class Footing:
 
 
 _objections: LatestResults[str] = LatestResults(_KEPT)
-_grounds: LatestResults[Nearby | GroundRefused] = LatestResults(_KEPT)
+_grounds: LatestResults[Nearby | No] = LatestResults(_KEPT)
 _footings: LatestResults[Footing] = LatestResults(_KEPT)
 _standing: LatestResults[StandingLegs] = LatestResults(_KEPT)
 _feet: LatestResults[Contacts] = LatestResults(_KEPT)
@@ -86,7 +87,7 @@ def impossible(stance: LegStance) -> str:
     return _objections.get(stance.content, lambda: start_objection(stance.robot, stance.dem, stance.state, stance.leg))
 
 
-def ground_near(stance: LegStance) -> Nearby | GroundRefused:
+def ground_near(stance: LegStance) -> Nearby | No:
     """The ground in reach of the leg, holes filled."""
     return _grounds.get(stance.content, lambda: _ground_near(stance))
 
@@ -134,7 +135,7 @@ def standing_legs(stance: LegStance, feet: Contacts, friction: float) -> Standin
     )
 
 
-def _ground_near(stance: LegStance) -> Nearby | GroundRefused:
+def _ground_near(stance: LegStance) -> Nearby | No:
     state = stance.state
     foot = contacts(stance.robot, stance.dem, state.posture, state.T_site_base, [stance.leg]).points
     return nearby(stance.dem, stance.hip[:2], stance.reach + _BEYOND_REACH, foot)

@@ -5,8 +5,9 @@ from collections.abc import Callable
 from footfall.core.progress import Progress, no_progress
 from footfall.maps.layers import MapSettings, MapStack
 from footfall.maps.stack import map_stack
+from footfall.planning.answers import No
 from footfall.planning.step.footing import LegStance
-from footfall.planning.step.lift_off import NotLifted, lift_off
+from footfall.planning.step.lift_off import lift_off
 from footfall.planning.step.problem import StepSettings
 from footfall.planning.watch import Watch
 from footfall.robot.model import Robot
@@ -59,4 +60,4 @@ def why_not_lifted(robot: Robot, dem: Dem, state: RobotState, leg: int, settings
         friction=settings.balance.friction,
     )
     found = lift_off(LegStance(robot, dem, state_inside(robot, state), leg), asked, Watch(), to_plan=False)
-    return found.reason if isinstance(found, NotLifted) else ""
+    return found.reason if isinstance(found, No) else ""

@@ -5,8 +5,7 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
-from footfall.planning.answers import Check, Status
-from footfall.planning.scene.ground import GroundRefused
+from footfall.planning.answers import No, Status
 from footfall.planning.scene.lift import vertical
 from footfall.planning.step.escape import find_escape
 from footfall.planning.step.footing import LegStance, ground_near, impossible
@@ -30,32 +29,23 @@ class Lifted:
     up: Array
 
 
-@dataclass(frozen=True)
-class NotLifted:
-    """Why not, with what to try."""
-
-    status: Status
-    reason: str
-    checks: tuple[Check, ...] = ()
-
-
-def lift_off(stance: LegStance, settings: StepSettings, watch: Watch, to_plan: bool = True) -> Lifted | NotLifted:
+def lift_off(stance: LegStance, settings: StepSettings, watch: Watch, to_plan: bool = True) -> Lifted | No:
     """The leg straight up from where it stands, or what forbids it; what is quickly found first.
 
     to_plan: a search is to follow, so it is compiled; and a start that collides says the smallest ways out.
     """
     objection = impossible(stance)
     if objection:
-        return NotLifted(Status.START_INVALID, f"the rover can't stand as its state says: {objection}")
+        return No(Status.START_INVALID, f"the rover can't stand as its state says: {objection}")
     robot, state, leg, lift = stance.robot, stance.state, stance.leg, settings.lift
     q = np.array(state.leg(leg))
     up = vertical(robot, leg, np.asarray(state.T_site_base), q, lift)
     unheld = unheld_lift(stance, settings.friction, q[None] if isinstance(up, str) else up)
     if unheld:
-        return NotLifted(Status.START_INVALID, unheld[0], (unheld[1],))
+        return No(Status.START_INVALID, unheld[0], (unheld[1],))
     ground = ground_near(stance)
-    if isinstance(ground, GroundRefused):
-        return NotLifted(ground.status, ground.reason)
+    if isinstance(ground, No):
+        return ground
     watch.phase(0.05, "building the collision scene")
     with watch.uncounted():
         situation = Situation(robot, stance.dem, state, leg, ground, settings)
@@ -68,11 +58,11 @@ def lift_off(stance: LegStance, settings: StepSettings, watch: Watch, to_plan: b
         advice = f"the smallest way out found: {ways}; else " if ways else ""
         advice += "correct the state or the terrain, move the chassis, or ask for less clearance or margin"
         reason = f"the leg can't move from where it stands: {objection}; {advice}"
-        return NotLifted(Status.START_INVALID, reason)
+        return No(Status.START_INVALID, reason)
     if isinstance(up, str):
         reason = f"the wheel can't be lifted {lift:z.2f} m straight up: {up}; lower lift or change the stance"
-        return NotLifted(Status.NO_PATH, reason)
+        return No(Status.NO_PATH, reason)
     if not rises(situation, watch, up):
         blocked = blocked_rise(situation, watch, up)
-        return NotLifted(Status.NO_PATH, f"the wheel can't be lifted {lift:z.2f} m straight up: {blocked}; {ADVICE}")
+        return No(Status.NO_PATH, f"the wheel can't be lifted {lift:z.2f} m straight up: {blocked}; {ADVICE}")
     return Lifted(situation, up)

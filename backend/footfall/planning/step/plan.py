@@ -16,11 +16,11 @@ from numpy.typing import NDArray
 from footfall.core.errors import InvalidInput
 from footfall.core.progress import Progress, no_progress
 from footfall.core.value import Provenance
-from footfall.planning.answers import Check, Status
-from footfall.planning.scene.ground import Contact, GroundRefused, footfall_contact
+from footfall.planning.answers import Check, No, Status
+from footfall.planning.scene.ground import Contact, footfall_contact
 from footfall.planning.step.footing import LegStance
 from footfall.planning.step.goals import ADVICE, Goal, Goals
-from footfall.planning.step.lift_off import NotLifted, lift_off
+from footfall.planning.step.lift_off import lift_off
 from footfall.planning.step.nearest_place import Place, nearest_place, place_in_words
 from footfall.planning.step.planners import REGISTRY, PlannerAnswer, SwingProblem
 from footfall.planning.step.problem import Decision, Footfall, PlanResult, Point, StepPlan, StepSettings
@@ -102,13 +102,14 @@ def plan_step(
         found = attempt.run(footfall)
     except OutOfTime:
         reason = f"{settings.time_limit:g} s passed while {watch.text}; raise time_limit or take another planner"
-        found = _No(Status.TIME_LIMIT, reason)
-    if isinstance(found, _No):
+        found = No(Status.TIME_LIMIT, reason)
+    if isinstance(found, No):
+        decisions = found.decisions if isinstance(found, _Nowhere) else ()
         other = None
         if instead is not None and found.status is Status.UNKNOWN_GROUND:
             other = nearest_place(robot, dem, footfall.x, footfall.y, instead)
         reason = found.reason if other is None else f"{found.reason}; {place_in_words(footfall.x, footfall.y, other)}"
-        told = (found.checks, footfall, provenance, found.decisions, points, other)
+        told = (found.checks, footfall, provenance, decisions, points, other)
         return PlanResult(found.status, None, reason, *told)
     plan = StepPlan(
         leg=leg,
@@ -126,10 +127,9 @@ def plan_step(
 
 
 @dataclass(frozen=True)
-class _No:
-    status: Status
-    reason: str
-    checks: tuple[Check, ...] = ()
+class _Nowhere(No):
+    """No planner led to the footfall. decisions: what was tried, where that was asked for."""
+
     decisions: tuple[Decision, ...] = ()
 
 
@@ -181,27 +181,27 @@ class _Attempt:
         self.settings, self.watch = settings, watch
         self.through, self.explain = through, explain
 
-    def run(self, footfall: Footfall) -> _Yes | _No:
+    def run(self, footfall: Footfall) -> _Yes | No:
         contact = footfall_contact(self.robot, self.dem, footfall.x, footfall.y)
-        if isinstance(contact, GroundRefused):
-            return _No(contact.status, contact.reason)
+        if isinstance(contact, No):
+            return contact
         stance = LegStance(self.robot, self.dem, self.state, self.leg)
         start = lift_off(stance, self.settings, self.watch)
-        if isinstance(start, NotLifted):
-            return _No(start.status, start.reason, start.checks)
+        if isinstance(start, No):
+            return start
         situation, up = start.situation, start.up
         self.watch.phase(0.2, "choosing how the leg stands at the goal")
         goals = Goals(situation, self.watch, stance, contact, up[0])
         if goals.refusal:
-            return _No(Status.GOAL_INVALID, goals.refusal)
+            return No(Status.GOAL_INVALID, goals.refusal)
         return self._search(situation, contact, up, goals)
 
-    def _search(self, situation: Situation, contact: Contact, up: Array, goals: Goals) -> _Yes | _No:
+    def _search(self, situation: Situation, contact: Contact, up: Array, goals: Goals) -> _Yes | No:
         if self.through:
             space = space_of(situation, self.watch, RAISED)
             vias = [via_postures(situation, space, self.through, up[-1], goal.up[-1]) for goal in goals]
             if all(isinstance(via, str) for via in vias):
-                return _No(Status.NO_PATH, f"the swing can't pass the points that were asked for: {vias[0]}")
+                return No(Status.NO_PATH, f"the swing can't pass the points that were asked for: {vias[0]}")
         turns, barred = Turns(self.settings.planner), None
         last: _Failures = {}
         for number, turn in enumerate(turns):
@@ -231,14 +231,14 @@ class _Attempt:
                 turns.has_failed(turn.planner)
         return self._nowhere(last)
 
-    def _nowhere(self, last: _Failures, barred: str = "") -> _No:
+    def _nowhere(self, last: _Failures, barred: str = "") -> _Nowhere:
         """The answer after planners failed. barred: what proves that none can succeed, with what to try."""
         self.watch.lift_limit()
         said = _said(last)
         told = barred or f"{'; '.join(_once(last))}; {ADVICE}"
         checks = next((one.checks for failures in last.values() for one in failures if one.checks), ())
         reason = f"no way to the footfall was found: {told}"
-        return _No(Status.NO_PATH, reason, checks, tuple(_tried(said)) if self.explain else ())
+        return _Nowhere(Status.NO_PATH, reason, checks, tuple(_tried(said)) if self.explain else ())
 
     def _decisions(self, goals: Goals, goal: Goal, last: _Failures, turn: Turn) -> tuple[Decision, ...]:
         self.watch.lift_limit()

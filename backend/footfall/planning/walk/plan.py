@@ -15,7 +15,7 @@ from footfall.core.beside import roughly
 from footfall.core.errors import InvalidInput
 from footfall.core.progress import Progress, no_progress
 from footfall.core.value import Provenance
-from footfall.planning.answers import Check, Status
+from footfall.planning.answers import Check, No, Status
 from footfall.planning.scene.ground import Nearby
 from footfall.planning.walk.around import NoWay, cost_grid, is_easy, way_around
 from footfall.planning.walk.assemble import checks_of, walk_of
@@ -126,8 +126,8 @@ def _rappel(
     attempt = _Attempt(robot, dem, state, goal, settings, provenance, progress)
     refusal = attempt.goal_refused()
     asked = refusal or on_slope(robot, dem, state, goal, settings, tether)
-    if isinstance(asked, tuple):
-        return WalkResult(asked[0], None, asked[1], (), goal, provenance)
+    if isinstance(asked, No):
+        return WalkResult(asked.status, None, asked.reason, (), goal, provenance)
     ground = asked.hung.frame.ground
     attempt = _Attempt(robot, ground, state, asked.goal, asked.settings, provenance, progress, asked)
     return in_site(robot, dem, asked, attempt.run())
@@ -154,7 +154,7 @@ class _Attempt:
         self.watch.phase(0.0, "looking at the ground")
         refusal = self.goal_refused() if self.slope is None else None
         if refusal is not None:
-            return self._no(*refusal)
+            return self._no(refusal.status, refusal.reason)
         start = start_of(self.robot, self.dem, self.state) if self.slope is None else self.slope.start
         if isinstance(start, str):
             return self._no(Status.START_INVALID, start)
@@ -251,7 +251,7 @@ class _Attempt:
             "ground"
         )
 
-    def goal_refused(self) -> tuple[Status, str] | None:
+    def goal_refused(self) -> No | None:
         """Why no walk can end there, whatever is between."""
         west, south, east, north = self.dem.geometry.bounds
         x, y = self.goal.x, self.goal.y
@@ -259,9 +259,9 @@ class _Attempt:
             outside = max(west - x, x - east, south - y, y - north)
             spans = f"the map spans x {west:z.2f}…{east:z.2f} m, y {south:z.2f}…{north:z.2f} m"
             reason = f"the goal ({x:g}, {y:g}) lies {roughly(outside)} m off the map; {spans}; choose one inside"
-            return Status.OFF_MAP, reason
+            return No(Status.OFF_MAP, reason)
         if not np.isfinite(height_at(self.dem, x, y)):
-            return (
+            return No(
                 Status.UNKNOWN_GROUND,
                 f"the ground at the goal ({x:g}, {y:g}) is unknown; take images that show it, or choose another goal",
             )

@@ -13,7 +13,7 @@ from footfall.balance.balance_settings import BalanceSettings
 from footfall.balance.tether import Tether
 from footfall.balance.torques import torque_check
 from footfall.core.value import Provenance
-from footfall.planning.answers import Check, Status
+from footfall.planning.answers import Check, No, Status
 from footfall.planning.walk.foot_move import At
 from footfall.planning.walk.footprint import footprint
 from footfall.planning.walk.hung import Hung
@@ -46,11 +46,11 @@ class OnSlope:
 
 def on_slope(
     robot: Robot, dem: Dem, state: RobotState, goal: WalkGoal, settings: WalkSettings, tether: Tether
-) -> OnSlope | tuple[Status, str]:
+) -> OnSlope | No:
     """The problem in the slope's frame, or why there is none."""
     start = start_of(robot, dem, state)
     if isinstance(start, str):
-        return Status.START_INVALID, start
+        return No(Status.START_INVALID, start)
     here, there = np.asarray(start.T_site_base)[:2, 3], np.array([goal.x, goal.y])
     frame = slope_between(dem, here, there, AROUND, tether.anchor)
     hung = Hung(frame, tether, goal)
@@ -59,11 +59,11 @@ def on_slope(
             f"the ground has edges that stand {frame.off:z.3f} m out of what is planned with, {MOST_OFF:g} m is "
             "accepted; give it in smaller cells"
         )
-        return Status.START_INVALID, reason
+        return No(Status.START_INVALID, reason)
     at = frame.on_slope(goal.x, goal.y, footprint(robot, settings.height).height)
     if not np.isfinite(at).all():
         reason = "the ground below the goal, along the slope's normal, is unknown; choose another goal"
-        return Status.UNKNOWN_GROUND, reason
+        return No(Status.UNKNOWN_GROUND, reason)
     refusal = refused_before(robot, dem, start, goal, frame.to_site(at), settings.balance, tether)
     if refusal is not None:
         return refusal

@@ -10,7 +10,7 @@ from footfall.balance.tether import SHORTEST, Tether
 from footfall.balance.torques import torque_check
 from footfall.core.beside import roughly
 from footfall.core.frames import apply
-from footfall.planning.answers import Status
+from footfall.planning.answers import No, Status
 from footfall.planning.scene.rover_kernel import place_rover
 from footfall.planning.scene.tether_kernel import DECK, tether_spare
 from footfall.planning.walk.foot_move import At
@@ -138,7 +138,7 @@ def through_chassis(world: World, start: At) -> str:
 
 def refused_before(
     robot: Robot, dem: Dem, start: At, goal: WalkGoal, at_goal: Array, balance: BalanceSettings, tether: Tether
-) -> tuple[Status, str] | None:
+) -> No | None:
     """What speaks against a walk on a tether before any search.
 
     Args:
@@ -151,13 +151,13 @@ def refused_before(
         tether: that the rover hangs on; None: none.
 
     Returns:
-        Status and reason; None where nothing does.
+        Why not; None where nothing does.
     """
     reason = anchor_refused(dem, np.asarray(start.T_site_base), tether)
     if reason:
-        return Status.START_INVALID, reason
+        return No(Status.START_INVALID, reason)
     reason = goal_refused(tether, goal, at_goal)
     if reason:
-        return Status.GOAL_INVALID, reason
+        return No(Status.GOAL_INVALID, reason)
     reason = hold_refused(robot, start, balance, tether)
-    return (Status.START_INVALID, reason) if reason else None
+    return No(Status.START_INVALID, reason) if reason else None

@@ -8,8 +8,7 @@ from numpy.typing import ArrayLike
 from footfall.core.errors import InvalidInput
 from footfall.core.progress import Progress, no_progress, part
 from footfall.core.value import Provenance
-from footfall.planning.answers import Check, Status
-from footfall.planning.body.body_move import No
+from footfall.planning.answers import Check, No, Status
 from footfall.planning.body.move import BodyMovePlan
 from footfall.planning.compliance.compliant_rover import RestingRover
 from footfall.planning.execution.begin import REACH_OUT, Beginning, beginning, require_fit
