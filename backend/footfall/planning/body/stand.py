@@ -18,6 +18,7 @@ from footfall.robot.kinematics import center_of_mass
 from footfall.robot.model import Robot
 from footfall.telemetry.state import RobotState
 from footfall.terrain.dem import Dem
+from footfall.terrain.extent import spans
 from footfall.terrain.ground.surface import height_at, normal_at
 
 Array = NDArray[np.float64]
@@ -154,13 +155,8 @@ def _places(robot: Robot, dem: Dem, leg: int, wanted: Array, T_site_ground: Arra
 def _require_ground(dem: Dem, wanted: Array, places: list[tuple[Array, Array, Array]]) -> None:
     unknown = [leg for leg, (contacts, _, _) in enumerate(places) if not len(contacts)]
     if unknown:
-        west, south, east, north = dem.geometry.bounds
         where = ", ".join(f"leg {leg} at ({wanted[leg, 0]:z.2f}, {wanted[leg, 1]:z.2f})" for leg in unknown)
-        raise InvalidInput(
-            f"the ground is unknown under {where}; "
-            f"the map spans x {west:z.2f}…{east:z.2f}, y {south:z.2f}…{north:z.2f}",
-            unknown_under=unknown,
-        )
+        raise InvalidInput(f"the ground is unknown under {where}; {spans(dem.geometry)}", unknown_under=unknown)
 
 
 def _stances(

@@ -32,6 +32,7 @@ from footfall.planning.legged.whole_check import Refusal, Tally
 from footfall.planning.walk.problem import WalkGoal, goal_of
 from footfall.robot.legged.legged_robot import LeggedRobot
 from footfall.terrain.dem import Dem
+from footfall.terrain.extent import outside
 from footfall.terrain.ground.surface import height_at
 
 Array = NDArray[np.float64]
@@ -190,9 +191,8 @@ def _arrives(walk: _Walk, goal: WalkGoal, tries: Tally) -> bool:
 
 def goal_refused(ground: Ground, state: LeggedState, goal: WalkGoal) -> LeggedResult | None:
     """The answer to a goal that is off the map or on unknown ground; None where it is neither."""
-    west, south, east, north = ground.dem.geometry.bounds
     where = f"the goal ({goal.x:z.2f}, {goal.y:z.2f}) m"
-    if not (west <= goal.x <= east and south <= goal.y <= north):
+    if not outside(ground.dem.geometry, goal.x, goal.y) <= 0:
         return no_plan(ground, state, Status.OFF_MAP, f"{where} is off the map", Tally())
     if not np.isfinite(height_at(ground.dem, goal.x, goal.y)):
         return no_plan(ground, state, Status.UNKNOWN_GROUND, f"the ground at {where} is not known", Tally())

@@ -29,6 +29,7 @@ from footfall.robot.legged.legged_robot import LeggedRobot
 from footfall.robot.model import Robot
 from footfall.telemetry.state import RobotState
 from footfall.terrain.dem import Dem
+from footfall.terrain.extent import spans
 from footfall.terrain.ground.surface import height_at
 
 
@@ -88,13 +89,12 @@ def plan_route(
 
     here = (float(state.T_site_base[0, 3]), float(state.T_site_base[1, 3]))
     west, south, east, north = dem.geometry.bounds
-    spans = f"the map spans x {west:z.2f}…{east:z.2f} m, y {south:z.2f}…{north:z.2f} m"
     for (x, y), status, what, remedy in (
         (here, Status.START_INVALID, "the rover at", "take images where it stands, or choose another map"),
         (there, Status.OFF_MAP, "the goal", "choose one inside"),
     ):
         if not (west <= x < east and south <= y < north):
-            return no(status, f"{what} ({x:g}, {y:g}) lies off the map: {spans}; {remedy}")
+            return no(status, f"{what} ({x:g}, {y:g}) lies off the map: {spans(dem.geometry)}; {remedy}")
     if not np.isfinite(height_at(dem, *there)):
         reason = f"the ground at the goal ({there[0]:g}, {there[1]:g}) is unknown; take images that show it"
         return no(Status.UNKNOWN_GROUND, reason)

@@ -17,6 +17,7 @@ from footfall.planning.answers import No, Status
 from footfall.planning.scene.ground_tiles import GroundTiles
 from footfall.robot.model import Robot
 from footfall.terrain.dem import Dem
+from footfall.terrain.extent import outside, spans
 from footfall.terrain.ground.surface import height_at, normal_at
 from footfall.terrain.ground.triangulate import triangulate
 from footfall.terrain.ground.unseen import without_holes
@@ -66,14 +67,10 @@ def footfall_contact(robot: Robot, dem: Dem, x: float, y: float) -> Contact | No
     Returns:
         The contact, or why there is no footfall.
     """
-    west, south, east, north = dem.geometry.bounds
-    spans = f"the map spans x {west:z.2f}…{east:z.2f} m, y {south:z.2f}…{north:z.2f} m"
-    if not (west <= x <= east and south <= y <= north):
-        outside = max(west - x, x - east, south - y, y - north)
-        reason = (
-            f"the footfall ({x:.6g}, {y:.6g}) lies {roughly(outside, 3)} m off the map; {spans}; choose a place inside"
-        )
-        return No(Status.OFF_MAP, reason)
+    off = outside(dem.geometry, x, y)
+    if not off <= 0:
+        told = f"the footfall ({x:.6g}, {y:.6g}) lies {roughly(off, 3)} m off the map"
+        return No(Status.OFF_MAP, f"{told}; {spans(dem.geometry)}; choose a place inside")
     unknown = _unknown_in_disc(dem, x, y, robot.wheel_radius)
     height = float(height_at(dem, x, y))
     normal = normal_at(dem, x, y, robot.wheel_radius)

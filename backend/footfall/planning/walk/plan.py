@@ -45,6 +45,7 @@ from footfall.planning.watch import OutOfTime, Watch
 from footfall.robot.model import Robot
 from footfall.telemetry.state import RobotState
 from footfall.terrain.dem import Dem
+from footfall.terrain.extent import outside, spans
 from footfall.terrain.ground.surface import height_at
 from footfall.terrain.ground.unseen import Whole, without_holes_between
 
@@ -253,13 +254,11 @@ class _Attempt:
 
     def goal_refused(self) -> No | None:
         """Why no walk can end there, whatever is between."""
-        west, south, east, north = self.dem.geometry.bounds
         x, y = self.goal.x, self.goal.y
-        if not (west <= x <= east and south <= y <= north):
-            outside = max(west - x, x - east, south - y, y - north)
-            spans = f"the map spans x {west:z.2f}…{east:z.2f} m, y {south:z.2f}…{north:z.2f} m"
-            reason = f"the goal ({x:g}, {y:g}) lies {roughly(outside)} m off the map; {spans}; choose one inside"
-            return No(Status.OFF_MAP, reason)
+        off = outside(self.dem.geometry, x, y)
+        if not off <= 0:
+            told = f"the goal ({x:g}, {y:g}) lies {roughly(off)} m off the map"
+            return No(Status.OFF_MAP, f"{told}; {spans(self.dem.geometry)}; choose one inside")
         if not np.isfinite(height_at(self.dem, x, y)):
             return No(
                 Status.UNKNOWN_GROUND,

@@ -18,6 +18,7 @@ from footfall.planning.walk.problem import WalkGoal
 from footfall.planning.walk.world import World
 from footfall.robot.model import Robot
 from footfall.terrain.dem import Dem
+from footfall.terrain.extent import outside
 from footfall.terrain.ground.surface import height_at
 
 Array = NDArray[np.float64]
@@ -46,12 +47,9 @@ def anchor_refused(dem: Dem, T_site_base: Array, tether: Tether) -> str:
         One sentence; "" where it can.
     """
     x, y, z = (float(one) for one in tether.anchor)
-    told, (west, south, east, north) = f"the tether's anchor ({x:g}, {y:g}, {z:g}) m", dem.geometry.bounds
-    if not (west <= x <= east and south <= y <= north):
-        outside = max(west - x, x - east, south - y, y - north)
-        return (
-            f"{told} lies {roughly(outside)} m off the map: nobody knows the ground under the tether; choose one inside"
-        )
+    told, off = f"the tether's anchor ({x:g}, {y:g}, {z:g}) m", outside(dem.geometry, x, y)
+    if not off <= 0:
+        return f"{told} lies {roughly(off)} m off the map: nobody knows the ground under the tether; choose one inside"
     length = float(tether.lengths(T_site_base[None])[0])
     if length > tether.free_length:
         return f"the tether is {tether.free_length:g} m long, its anchor {length:z.2f} m away; choose a nearer anchor"
