@@ -1,7 +1,10 @@
 // What comes next for an operator who walks the rover: one thing at a time, from what is known. Nothing is done or shown here.
 
+import { armIt, next as nextRow } from "./texts/commands.js";
+import { build, takeImages } from "./texts/ground.js";
 import * as texts from "./texts/next.js";
 import * as shared from "./texts/shared.js";
+import { fromHere, holdIt } from "./texts/walk.js";
 
 const OLD = 3600; // s: ground that was seen longer ago is looked at again
 const SAME = 0.01; // m, rad: a goal as near as this to another is that one
@@ -14,7 +17,7 @@ export function nextThing(facts) {
   if (stopped) return wait(texts.stopped, texts.aboutStopped, "run");
   if (loop && (loop.state === "held" || !gate.waiting)) return byItself(loop, facts);
   if (gate.state === "sending") return underWay(gate, facts);
-  if (armed) return thing("send", texts.send, texts.aboutSend(armed), "sequence");
+  if (armed) return thing("send", shared.send, texts.aboutSend(armed), "sequence");
   if (making) return wait(texts.waitFor(making), texts.aboutWait);
   if (isOnItsWay(facts)) return onward(facts);
   return lookedAt(facts) ?? toGoal(facts) ?? (picking ? PICKS : lookedAgain(facts))
@@ -37,23 +40,23 @@ const isOnItsWay = (facts) => facts.walking !== null && facts.walking.next !== n
 // The rover walks to its goal by itself: it is held, or let go on. part: of the walk, that is under way or next.
 function byItself({ state, goal, part: next, waits_for: waits }, { gate, part }) {
   const about = texts.byItself(goal.x, goal.y, part || next, waits);
-  if (state !== "held") return thing("loop-hold", texts.holdWalk, about, "loop");
+  if (state !== "held") return thing("loop-hold", holdIt, about, "loop");
   if (gate.state === "sending" && !gate.waiting) return wait(texts.heldPresent(gate.mode === "steps" ? texts.rowEnds : texts.commandsEnd), about, "loop");
   return thing("loop-on", texts.goOnByItself, about, "loop");
 }
 
 function underWay({ waiting, why, aborted }, { part }) {
   if (!waiting || aborted) return wait(aborted ? texts.presentRowEnds : texts.underWay(part || texts.commands), texts.aboutUnderWay, "run");
-  return why === "step by step" ? thing("run-next", texts.nextRow, "", "run") : thing("run-resume", texts.goOn, why, "run");
+  return why === "step by step" ? thing("run-next", nextRow, "", "run") : thing("run-resume", texts.goOn, why, "run");
 }
 
 // The next foot move of a walk that was found, or all that are left.
 function onward({ walking, ready, rest }) {
   const judge = walking.done ? "run" : "walk";
-  if (walking.against) return thing("walk-again", texts.planAgain, walking.against, judge);
+  if (walking.against) return thing("walk-again", fromHere, walking.against, judge);
   const left = walking.of - walking.done;
   const parts = rest ? left : 1;
-  if (ready === parts) return thing("arm", texts.arm, texts.aboutArm, "sequence");
+  if (ready === parts) return thing("arm", armIt, texts.aboutArm, "sequence");
   const mover = walking.leg === null ? texts.chassis : shared.leg(walking.leg);
   const which = parts > 1 ? texts.movesToGoal(parts) : texts.move(walking.done + 1, walking.of, mover);
   return thing(rest ? "walk-rest" : "walk-next", texts.makeCommands(which), "", judge);
@@ -61,8 +64,8 @@ function onward({ walking, ready, rest }) {
 
 // Ground there must be, of the newest images.
 function lookedAt({ ground, look }) {
-  if (look && (!ground || look.taken > ground.time)) return thing("build-terrain", texts.buildTerrain, texts.aboutBuild);
-  return ground ? null : thing("take-images", texts.takeImages, texts.noGround);
+  if (look && (!ground || look.taken > ground.time)) return thing("build-terrain", build, texts.aboutBuild);
+  return ground ? null : thing("take-images", takeImages, texts.noGround);
 }
 
 // A goal that no walk was planned for. One that was refused is refused again, until the ground or the goal is another.
@@ -76,6 +79,6 @@ function toGoal(facts) {
 function lookedAgain({ look, ground, now, walked }) {
   const judge = walked ? "run" : "";
   if (look?.moved) return thing("take-images", texts.lookAgain, texts.since(look.reason.replace(/ since$/, "")), judge);
-  if (look && now - ground.time > OLD) return thing("take-images", texts.takeImages, texts.oldGround, judge);
+  if (look && now - ground.time > OLD) return thing("take-images", takeImages, texts.oldGround, judge);
   return null;
 }

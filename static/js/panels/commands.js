@@ -20,7 +20,7 @@ let drawn = "";
 export function start() {
   act({ text: texts.insertWait, button: "insert-wait", run: () => edit({ kind: "insert", row: 0, command: { name: "WAIT", duration: 1.0 } }), refusal: () => (known.sequence ? "" : shared.noSequence) });
   act({ text: texts.arm, button: "arm", run: arm, refusal: notArmable });
-  act({ text: texts.send, button: "send", run: send, refusal: () => (armedFor() ? unsure() : texts.armFirst) });
+  act({ text: shared.send, button: "send", run: send, refusal: () => (armedFor() ? unsure() : texts.armFirst) });
   act({ key: "S", text: texts.make, button: "make-sequence", run: make, refusal: () => (awaited() || known.summary?.to_command ? "" : notPlanned()) });
   act({ key: "E", text: texts.exportSequence, button: "export", run: exportSequence, refusal: () => (!known.sequence ? shared.noSequence : known.sequence.valid ? "" : texts.ruleBroken) });
   act({ text: texts.importCommands, button: "import", run: () => $("import-file").click(), refusal: notImportable });

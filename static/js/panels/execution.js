@@ -170,7 +170,7 @@ function told(execution, figures, used) {
     [texts.frictionUsed, texts.frictionTold(figures.friction_use)],
     [texts.chassis, texts.chassisTold(Math.max(...figures.sag), tilt(execution.Ts_site_base))],
     [texts.takes, texts.takesTold(figures.seconds)],
-    [texts.assumptions, texts.assumptionsTold(used.compliance)],
+    [shared.assumptions, texts.assumptionsTold(used.compliance)],
   ];
 }
 

@@ -55,7 +55,7 @@ const wanted = () => {
 function hold() {
   held = held ? null : [now() - Number($("plot-span").value), now()];
   $("plot-hold").setAttribute("aria-pressed", String(Boolean(held)));
-  $("plot-hold").textContent = held ? texts.goOn : texts.hold;
+  $("plot-hold").textContent = held ? texts.goOn : shared.hold;
   draw(known);
 }
 

@@ -139,7 +139,7 @@ const snapshot = ({ digest, pairs }) => [element("ul", { className: "thumbs" }, 
 
 const answer = ({ status, reason, checks }) => [
   element("p", { className: status === "found" ? "yes" : "no", textContent: plan.ended(status, reason) }),
-  element("table", {}, element("caption", { textContent: texts.checks }), element("tbody", {}, ...checks.map((check) => element("tr", {},
+  element("table", {}, element("caption", { textContent: shared.checks }), element("tbody", {}, ...checks.map((check) => element("tr", {},
     element("td", { className: markOf(check), textContent: check.name }),
     element("td", { textContent: plan.marginOf(check) }),
     element("td", { textContent: check.where }))))),

@@ -5,7 +5,6 @@ import { COMMAND_WORDS } from "./record.js";
 
 export const insertWait = "Insert a wait before the first row";
 export const arm = "Arm the commands";
-export const send = "Send to rover";
 export const armFirst = "Arm the commands first.";
 export const make = "Make the command sequence";
 export const exportSequence = "Export the sequence";
@@ -95,3 +94,34 @@ const CHOICES = { footfall: "footfall", points: "points for the wheel", plan: "c
 
 // Of summary.undo or summary.redo.
 export const choiceTold = ({ kind, leg, by }) => `${CHOICES[kind]}${leg === null ? "" : ` of leg ${leg}`}${by && by !== "local" ? `, by ${by}` : ""}`;
+
+// -- on the page from the beginning -----------------------------------------------------------------
+
+export const title = "{} Commands";
+export const commandedAsPlanned = "{} as commanded";
+export const aboutCommanded = "For experts: what was planned is commanded, whether or not the rover sags";
+export const redoIt = "Redo";
+export const wait = "Insert wait";
+export const otherPlan = "These commands are of another plan than the one that was made last: make them again, or choose theirs.";
+export const startUnknown = "The file that these commands were read from doesn't say from where they start: they are checked from how the rover stood when it was read.";
+export const list = "Command list";
+export const command = "Command";
+export const phase = "Phase";
+export const secondsColumn = "Seconds";
+export const rules = "Rules";
+export const up = "Up";
+export const down = "Down";
+export const split = "Split";
+export const before = "Wait before";
+export const copy = "Copy";
+export const deleteIt = "Delete";
+export const exportAs = "Export as {}";
+export const exportIt = "Export";
+export const importIt = "Import";
+export const formats = "JSON, SeqJSON, CSV, F Prime text (.seq), Yamcs stack (.ycs) or MCAP";
+export const file = "File of commands";
+export const armIt = "Arm";
+export const byStep = "{} step by step";
+export const next = "Next row";
+export const goOn = "Resume";
+export const stopSending = "Abort";

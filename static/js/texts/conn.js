@@ -50,3 +50,13 @@ export const holdersChoices = (who) => `⇄ What ${who} shows`;
 export const ownAsHolder = "● My own choices, as I hold the conn";
 export const own = "● My own choices";
 export const notOwn = "This page shows what the conn holder shows: show your own choices first (key _).";
+
+// -- on the page from the beginning -----------------------------------------------------------------
+
+export const aboutWhose = "Whose choices this page shows: leg, layer, ghost, footfall, goal. On your own, no other page's choice changes yours.";
+export const none = "Conn: –";
+export const takeIt = "Take conn";
+export const releaseIt = "Release conn";
+export const requestIt = "Request conn";
+export const grantIt = "Grant";
+export const keepIt = "Keep conn";

@@ -48,3 +48,25 @@ export const moveByHand = "Move by hand";
 export const movePoint = (number) => `Move point ${number} by hand`;
 export const remove = "Remove";
 export const removePoint = (number) => `Remove point ${number}`;
+
+// -- on the page from the beginning -----------------------------------------------------------------
+
+export const everyLayer = "Every layer here";
+export const setHere = "Set here {}";
+export const back = "Put back {}";
+export const title = "{} Footfall";
+export const clickOrType = "Click on the ground, or type a place.";
+export const choose = "Choose";
+export const keyF = "The key F leads to these fields";
+export const toward = "Toward {}";
+export const anywhere = "anywhere";
+export const east = "east";
+export const north = "north";
+export const west = "west";
+export const south = "south";
+export const weights = "Weights of the suggestions";
+export const suggested = "Suggested footfalls";
+export const lead = "Lead the wheel through points (key J)";
+export const aboutLead = "Wheel centre, site frame [m]; the arrow keys move a point by 5 cm, ✥ takes it in hand. The rest is planned anew and checked whole.";
+export const addOne = "Add a point at the ghost";
+export const removeAll = "Remove all";

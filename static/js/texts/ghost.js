@@ -35,3 +35,17 @@ export const workedOut = "being worked out";
 export const inRow = (row, what) => `row ${row}, ${what}`;
 export const margin = (value) => metres(value, 2).replace("-", "−");
 export const nothingHolds = "nothing holds";
+
+// -- on the page from the beginning -----------------------------------------------------------------
+
+export const marginTo = "Margin to {} {}";
+export const whichOutline = "Outline that the margin is measured to";
+export const marginStrip = "margin";
+export const torqueStrip = "torque";
+export const title = "Ghost";
+export const whatPlays = "What the ghost plays";
+export const step = "step";
+export const walk = "walk";
+export const timeOf = "Time of the ghost [s]";
+export const howFast = "How fast the ghost plays";
+export const inSix = "in 6 s";

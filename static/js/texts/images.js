@@ -43,3 +43,18 @@ export const ramp = (far, near) => `${fixed(far.disparity, 1)} px = ${metres(far
 export const notMatched = (share) => `? not matched, ${some(share)}`;
 export const usedShare = (share) => `${some(share)} of the image is ground for a terrain: matched, and not the rover`;
 const some = (share) => percent(share, share < 0.01 ? 1 : 0);
+
+// -- on the page from the beginning -----------------------------------------------------------------
+
+export const whichPair = "Camera pair";
+export const buildWithThese = "Build the next terrain with";
+export const notUsed = "Pairs that can't be used";
+export const whichView = "View";
+export const plan = "{} plan";
+export const grid = "{} grid, 0.5 m";
+export const wide = "Wide";
+export const choose = "Choose the footfall in the image";
+export const again = "Load again";
+export const colours = "Colours of the picture";
+export const lines = "The wheel's way: dashes lift, line swing, dots lower; white points are waypoints, amber squares points that it is led through.";
+export const byKeys = "With the image in focus, arrow keys move a cross (Shift: by one pixel), and Enter chooses the ground there. ◎ marks the pairs that see the footfall.";

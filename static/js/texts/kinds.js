@@ -85,3 +85,8 @@ export const noPlan = (why) => `No plan: ${why}`;
 export const commandsReady = "Commands ready: every rule holds";
 export const commandsBroken = "Commands ready, but a rule does not hold";
 export const ready = (what) => `${what} ready`;
+
+// -- on the page from the beginning -----------------------------------------------------------------
+
+export const jobUnderWay = "Under way";
+export const progress = "Progress";

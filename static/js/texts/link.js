@@ -56,3 +56,22 @@ export const stopAcknowledged = "STOPPED, acknowledged by the rover.";
 export const stopOnItsWay = (way) => `Stop sent: ${way}. NOT YET ACKNOWLEDGED.`;
 export const stopNotAcknowledged = "Stop sent, NOT YET ACKNOWLEDGED by the rover.";
 export const stopWithoutRover = "Stop in force, but NO ROVER IS CONNECTED: it is told when it connects.";
+
+// -- on the page from the beginning -----------------------------------------------------------------
+
+export const status = "Status";
+export const session = "Session";
+export const roverLink = "Rover link";
+export const noLink = "no link";
+export const mode = "Mode";
+export const ground = "Ground";
+export const planAndRover = "Plan and rover";
+export const whatIf = "What if";
+export const notAsItStands = "not how the rover stands";
+export const conn = "Conn";
+export const user = "User";
+export const server = "Server";
+export const connecting = "connecting";
+export const clearIt = "Clear stop";
+export const stop = "STOP";
+export const aboutStop = "Sends a stop request at once (Escape twice, or Ctrl+.)";

@@ -10,3 +10,13 @@ export const unreachable = "The provider does not answer. Log in with a local ac
 export const unreadable = "The accounts can't be read; the server's disk needs attention.";
 export const taken = "Your name can't be used here: it is that of another account. Ask an admin.";
 export const noRole = "The provider knows you, but you have no role here. Ask an admin.";
+
+// -- on the page from the beginning -----------------------------------------------------------------
+
+export const title = "FootFall: log in";
+export const name = "Name {}";
+export const password = "Password {}";
+export const logIn = "Log in";
+export const or = "or {}";
+export const logInWith = "log in with {}";
+export const nobodyStops = "Nobody can stop the rover from this page: log in, or use another way.";

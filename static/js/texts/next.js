@@ -15,7 +15,6 @@ export const named = (what) => `Next: ${what}`;
 
 export const stopped = "A stop is in force";
 export const aboutStopped = "Clear it, left of STOP, once it is safe to go on.";
-export const send = "Send to rover";
 export const aboutSend = (left) => `Armed for ${left} s more. The run holds where the rover does not stand as it was to.`;
 export const waitFor = (what) => `Wait for the ${what}`;
 export const aboutWait = "Progress and Cancel are in the bar above.";
@@ -24,7 +23,6 @@ export const aboutWalkTo = "A click on the ground is the goal, or type how far t
 export const click = "Click on the ground";
 export const aboutClick = "Or type how far to go, under Plan. Escape leaves.";
 export const byItself = (x, y, part, waits) => `By itself to ${place([x, y], 2)}${part ? `: ${part}` : ""}.${waits ? ` Waits for ${waits}.` : ""}`;
-export const holdWalk = "Hold the walk";
 export const rowEnds = "row ends";
 export const commandsEnd = "commands end";
 export const heldPresent = (what) => `Held: the present ${what}`;
@@ -33,18 +31,13 @@ export const presentRowEnds = "The present row ends";
 export const commands = "commands";
 export const underWay = (what) => `Under way: ${what}`;
 export const aboutUnderWay = "It goes on while the rover stands as it was to. Hold and Abort are under Commands.";
-export const nextRow = "Next row";
 export const goOn = "Go on";
-export const planAgain = "Re-plan from here";
-export const arm = "Arm";
 export const aboutArm = "Look at the ghost first; then there are ten seconds to send.";
 export const chassis = "the chassis";
 export const movesToGoal = (count) => `${count} moves to the goal`;
 export const move = (number, count, mover) => `move ${number} of ${count}: ${mover}`;
 export const makeCommands = (which) => `Make commands: ${which}`;
-export const buildTerrain = "Build terrain";
 export const aboutBuild = "The newest images are not in the ground yet.";
-export const takeImages = "Take images";
 export const noGround = "There is no ground yet.";
 export const chooseAnother = "Choose another goal";
 export const to = ([x, y]) => `To ${place([x, y], 2)}.`;
@@ -59,3 +52,11 @@ export const commandsTold = (count, duration, way) => `${count} commands, ${seco
 export const atRow = (row, count) => `${rowFirst(row)} of ${count}`;
 export const notAsPlanned = (run, why) => `Run ${run} did not end as planned: ${why}`;
 export const runTold = (run, verdict) => `Run ${run} ${verdict}`;
+
+// -- on the page from the beginning -----------------------------------------------------------------
+
+export const title = "Next";
+export const until = "Walk on until {}";
+export const aboutUntil = "After each foot move the rover is looked at; the run is held where it does not stand as it was to";
+export const theGoal = "the goal";
+export const theNextMove = "the next foot move";

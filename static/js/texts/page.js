@@ -47,3 +47,19 @@ export const anyone = "No login: anyone can command";
 
 export const choiceRefused = "Nothing was asked for: what was chosen just before was refused.";
 export const planNotMade = "Nothing was made: the plan that was asked for just before was not made.";
+
+// -- on the page from the beginning -----------------------------------------------------------------
+
+export const workAreas = "Work areas";
+export const layoutTitle = "Layout";
+export const aboutTheme = "Colours of this page, remembered by this browser";
+export const themeTitle = "Theme";
+export const find = "Find {}";
+export const ctrlK = "Ctrl+K";
+export const keysAt = "Keys {}";
+export const work = "Work";
+export const keys = "Keys";
+export const close = "Close";
+export const findTitle = "Find an act";
+export const nameOfAct = "Name of an act";
+export const acts = "Acts";

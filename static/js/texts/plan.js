@@ -68,3 +68,47 @@ export const FIELDS = [
 // A shift by what of it is not nothing.
 export const shiftTold = (shift) => FIELDS.filter(([name]) => Math.abs(shift[name]) > 1e-6)
   .map(([name, text, unit]) => `${text.replace(/ \[.*/, "").toLowerCase()} ${unit === 1 ? metres(shift[name]) : degrees(shift[name])}`).join(", ");
+
+// -- on the page from the beginning -----------------------------------------------------------------
+
+export const ifElsewhere = "What if the chassis stood elsewhere? (key W)";
+export const feetStay = "The feet stay. East, north, up in metres; roll, pitch, yaw in degrees. Nothing is sent.";
+export const showWhatIf = "Show what if";
+export const findIt = "Find a shift for the footfall";
+export const checkIt = "Check the move";
+export const keepReserve = "{} Keep a reserve";
+export const aboutReserve = "No leg ends straight or at a joint's limit, from where the next shift would be refused";
+export const title = "{} Plan";
+export const planner = "Planner {}";
+export const seed = "Seed {}";
+export const step = "Plan step";
+export const settings = "Settings";
+export const lift = "Lift [m] {}";
+export const raise = "Raise terrain [m] {}";
+export const clearance = "Extra clearance [m] {}";
+export const leastMargin = "Least margin [m] {}";
+export const knee = "Knee at the goal {}";
+export const either = "either";
+export const kneeUp = "up";
+export const kneeDown = "down";
+export const posture = "Goal posture {}";
+export const aboutPosture = "Which of the postures that stand on the footfall is tried first: all keep every clearance, more room mostly takes a longer motion";
+export const shortest = "shortest motion";
+export const mostRoom = "most room";
+export const friction = "Friction μ {}";
+export const rho = "ρ [rad] {}";
+export const milestones = "Milestones s {}";
+export const epsilon = "ε [rad] {}";
+export const grid = "A* grid [m] {}";
+export const timeLimit = "Time limit [s] {}";
+export const asDelivered = "As delivered";
+export const nearest = "Nearest good place";
+export const why = "Why this plan";
+export const alternatives = "Alternatives";
+export const onFromEnd = "Go on from its end";
+export const chooseOne = "Alternatives: choose with a click or with key K";
+export const plan = "Plan";
+export const wheel = "Wheel [m]";
+export const time = "Time [s]";
+export const clear = "Clear [m]";
+export const margin = "Margin [m]";

@@ -71,3 +71,14 @@ export const number = (value, unit, digits) => `${fixed(value, digits)} ${unit}`
 export const limits = (low, high, unit) => (low === null ? `at most ${bare(high)} ${unit}` : high === null ? `at least ${bare(low)} ${unit}` : `${bare(low)} … ${bare(high)} ${unit}`);
 export const at = (time) => `at ${time}`;
 export const event = (sign, time, told) => `${sign} ${time} ${told}`;
+
+// -- on the page from the beginning -----------------------------------------------------------------
+
+export const title = "Plots";
+export const addOne = "Add plot";
+export const timeShown = "Time that is shown";
+export const before = "What was before";
+export const closer = "Zoom in";
+export const farther = "Zoom out";
+export const after = "What came after";
+export const timeShownUtc = "Time that is shown, UTC";

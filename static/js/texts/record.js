@@ -60,4 +60,17 @@ export const isNow = "The timeline shows now.";
 export const writeNote = "Write a note";
 export const nowLatest = "Now. Latest:";
 export const past = (since) => `Past, ${age(since)} ago:`;
-export const checks = "Checks";
+
+// -- on the page from the beginning -----------------------------------------------------------------
+
+export const timeline = "Timeline";
+export const before = "Event before";
+export const place = "Place in the session";
+export const after = "Event after";
+export const whatOthersDid = "What others did";
+export const show = "Show";
+export const now = "Now";
+export const note = "Note";
+export const title = "Events";
+export const whereNoteGoes = "It goes into the session's record, with the time";
+export const write = "Write it down";

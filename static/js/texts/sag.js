@@ -37,7 +37,6 @@ export const chassis = "Chassis";
 export const chassisTold = (sag, tilt) => `sags ${metres(sag)}, tilts ${degrees(tilt, 2)} at most`;
 export const takes = "It takes";
 export const takesTold = (time) => seconds(time);
-export const assumptions = "Balance assumptions";
 export const assumptionsTold = ({ balance: { friction, gravity, payload_mass: payload }, joint_scale: joints, wheel_scale: wheels }) =>
   `μ ${friction}, ${gravity} m/s², ${payload === null ? "payload as described" : `payload ${payload} kg`}, joints ${fixed(joints, 2)} × and wheels ${fixed(wheels, 2)} × as stiff`;
 export const moves = (leg) => `${leg} moves`;
@@ -78,3 +77,35 @@ export const leastClearances = (looks, every, missed) => `Least clearance of eac
 export const runTold = (number, reason) => `Run ${number}: ${reason}.`;
 export const difference = (text) => `${text}.`;
 export const advice = (text) => `Do: ${text}.`;
+
+// -- on the page from the beginning -----------------------------------------------------------------
+
+export const whatCame = "What came of the latest run";
+export const against = "Against its prediction, which is sure to ± in 95 of 100 cases";
+export const offBy = "Off by";
+export const measuredWithin = "Measured, ± 95 %";
+export const title = "Sag";
+export const heading = "{} Sag";
+export const mode = "Mode {}";
+export const predictIt = "Predict sag";
+export const mustKeep = "What the prediction must keep";
+export const clearanceOf = "Clearance [m] {}";
+export const aboutClearance = "Least of the wheel over the ground while it swings";
+export const largestOffset = "Largest offset [m] {}";
+export const leastLoad = "Least load [N] {}";
+export const highestLift = "Highest lift [m] {}";
+export const aboutLift = "To which the mode as commanded may raise the lift";
+export const speed = "Speed, share {}";
+export const aboutSpeed = "Share of the joints' speed limits";
+export const jointStiffness = "Joint stiffness × {}";
+export const aboutJoints = "Joint stiffness, times that of the rover's description";
+export const wheelStiffness = "Wheel stiffness × {}";
+export const aboutWheels = "Wheel stiffness, times that of the rover's description";
+export const progress = "Progress of the execution";
+export const loads = "Load on each wheel [N]";
+export const least = "Least";
+export const most = "Most";
+export const checks = "Checks of the prediction";
+export const take = "Take over";
+export const clearanceNow = "Clearance of the wheel in the air, now [m]";
+export const aboutMeasured = "The true clearance is within it, either way, in 95 of 100 cases";

@@ -39,3 +39,19 @@ export const olderThan = (after) => `more than ${age(after)} before`;
 export const band = (words, share) => `${words} (${some(share)})`;
 export const someUnknown = (share) => `? age unknown, not hatched (${some(share)})`;
 const some = (share) => (share > 0 && share < 0.01 ? "<1 %" : percent(share));
+
+// -- on the page from the beginning -----------------------------------------------------------------
+
+export const title = "Scene";
+export const inThree = "Rover and ground in three dimensions";
+export const whichLeg = "Leg (its number is its key)";
+export const groundShows = "Ground shows";
+export const striped = "Striped: the ground has changed since, and the colours there may be wrong.";
+export const outdated = "The colours are OUT OF DATE and hidden: show again where the leg can stand.";
+export const legend = "Legend";
+export const ages = "Age of the ground";
+export const view = "View {}";
+export const lookFrom = "Look from";
+export const shows = "Scene shows";
+export const coloursOver = "Colours over images {} {}";
+export const wholly = "100 %";

@@ -27,3 +27,21 @@ export const same = (name, count) => `${name}: all ${count} products came out as
 export const differs = (name) => `${name} did NOT come out as recorded.`;
 export const productTold = (kind, verdict, more) => `${kind}: ${verdict}${more}`;
 export const compared = "Compared: what differs is marked ≠";
+
+// -- on the page from the beginning -----------------------------------------------------------------
+
+export const title = "Sessions";
+export const sample = "Open a sample {}";
+export const importOne = "Import a session{}";
+export const newCalled = "New session called {}";
+export const beginIt = "Begin";
+export const download = "Download this session";
+export const asPage = "Download as a page";
+export const aboutPage = "One file that plays without a server";
+export const loading = "The list is loading.";
+export const list = "Sessions of this server";
+export const session = "Session";
+export const events = "Events";
+export const acts = "Acts";
+export const compareColumn = "Compare";
+export const compareTwo = "Compare the two";

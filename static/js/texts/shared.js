@@ -27,3 +27,29 @@ export const leftCamera = (pair) => `${pair}, left camera`;
 
 export const planGait = "Plan gait";
 export const planWalk = "Plan walk";
+
+// -- on the page from the beginning -----------------------------------------------------------------
+
+export const cancel = "Cancel";
+export const send = "Send to rover";
+export const hold = "Hold";
+export const predicted = "Predicted";
+export const measured = "Measured";
+export const Leg = "Leg";
+export const commanded = "Commanded";
+export const enter = "Enter";
+export const escape = "Esc";
+export const state = "State";
+export const undo = "Undo";
+export const assumptions = "Balance assumptions";
+export const xIn = "x {} m";
+export const yIn = "y {} m";
+export const toRover = "Back to the rover";
+export const x = "x";
+export const y = "y";
+export const z = "z";
+export const checks = "Checks";
+export const check = "Check";
+export const margin = "Margin";
+export const whereLeast = "Where it is least";
+export const zIn = "z {} m";

@@ -6,7 +6,6 @@ export const chosenLeg = "chosen leg";
 export const holdPlot = "Hold the telemetry plot";
 export const plot = (title) => `Plot: ${title}`;
 export const goOn = "Go on";
-export const hold = "Hold";
 export const held = "Held: what comes is kept for when you go on.";
 export const shaded = "Shaded: before this page was loaded.";
 export const noEarlier = (why) => `What was before this page was loaded is not shown: ${why}`;
@@ -46,3 +45,21 @@ export const moves = ", moves";
 export const torqueOf = (torque, limit) => `${fixed(torque, 0)} of ${fixed(limit, 0)} N·m`;
 export const fromHip = (length) => `from the hip; the leg is ${metres(length, 2)} long`;
 export const away = (distance, reached) => `${reached ? "✓" : "✕"} ${metres(distance, 2)}`;
+
+// -- on the page from the beginning -----------------------------------------------------------------
+
+export const legs = "Legs";
+export const force = "Force [N]";
+export const aboutForce = "force on the wheel, and its share of all";
+export const worstTorque = "Worst torque";
+export const toFootfall = "To footfall";
+export const aboutToFootfall = "distance of the footfall from the hip";
+export const title = "Telemetry";
+export const shows = "Shows";
+export const of = "Of";
+export const span = "Time span";
+export const last30s = "last 30 s";
+export const last2min = "last 2 min";
+export const last10min = "last 10 min";
+export const about = "Plot of the chosen channels over time; the list below has the newest numbers";
+export const series = "Channels, newest values";
