@@ -97,11 +97,18 @@ OVERLAPS = """async () => {
   const whatIf = document.getElementById("status-what-if-box");
   const header = document.querySelector("header.status").getBoundingClientRect();
   const found = [];
-  for (const [text, hidden] of said.flatMap(one => [[one, true], [one, false]])) {
+  const server = document.getElementById("status-server");
+  const states = [[true, "good"], [false, "good"], [true, "bad"], [false, "bad"]];
+  const cases = said.flatMap(text => states.map(state => [text, ...state]));
+  for (const [text, hidden, heard] of cases) {
     whatIf.hidden = hidden;
+    server.dataset.state = heard;
+    server.textContent = heard === "good" ? texts.connected : texts.silentFor(3000);
     state.textContent = text;
     const inForce = text !== texts.noSafetyStop;
     state.className = inForce ? "in-force" : "";
+    const named = document.getElementById("status-session").checkVisibility();
+    if (inForce && !named) found.push(`no session's name beside: ${text}`);
     document.getElementById("stop-clear").hidden = !inForce;
     const box = document.querySelector(".stop-box").getBoundingClientRect();
     for (const one of document.querySelectorAll("header dl > div")) {
@@ -110,7 +117,7 @@ OVERLAPS = """async () => {
       range.selectNodeContents(one.querySelector("dd"));
       const own = range.getBoundingClientRect();
       const apart = own.right <= box.left || own.left >= box.right || own.bottom <= box.top || own.top >= box.bottom;
-      if (!apart || own.right > innerWidth + 1) found.push(`${one.textContent} and ${text}`);
+      if (!apart || own.right > innerWidth + 1) found.push(`${one.textContent} and ${text}, server ${heard}`);
     }
     const words = document.createRange();
     words.selectNodeContents(state);
@@ -119,7 +126,9 @@ OVERLAPS = """async () => {
   }
   return found;
 }"""
-"""Sets all that a stop may say, with a what-if and without, and measures at once, before the page draws again."""
+"""Sets all that a stop may say, with a what-if and without, of a server that is heard and one that is silent.
+
+Measures at once, before the page draws again."""
 
 
 @pytest.mark.parametrize("width", [768, 1024, 1200, 1251, 1280, 1366, 1600])
@@ -127,3 +136,19 @@ def test_the_words_of_a_stop_lie_over_nothing_else(console: Page, width: int) ->
     console.set_viewport_size({"width": width, "height": 800})
     expect(console.locator("#status-server")).to_have_text("connected")
     assert console.evaluate(OVERLAPS) == []
+
+
+CUT = "one => one.scrollWidth > one.clientWidth + 1 || one.scrollHeight > one.clientHeight + 1"
+
+
+def test_beside_a_stop_in_force_the_bar_says_which_session_it_is(console: Page) -> None:
+    assert console.evaluate("innerWidth") == 1280
+    console.locator("#stop").click()
+    expect(console.locator("#stop-state")).to_contain_text("Stop in force")
+    name = console.locator("#status-session")
+    expect(name).to_be_visible()
+    expect(name).to_have_text("Stepping over a rock")
+    assert not name.evaluate(CUT)
+    server = console.locator("#status-server")
+    expect(server).to_be_hidden()  # while all is well with it
+    assert server.evaluate("(one) => { one.dataset.state = 'bad'; return one.checkVisibility(); }")
