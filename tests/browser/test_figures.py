@@ -1,4 +1,4 @@
-"""Figures and ranks as the page makes them, laws over many values; without a browser."""
+"""Figures, ranks and axes as the page makes them, laws over many values; without a browser."""
 
 import json
 import math
@@ -166,3 +166,30 @@ def test_letters_alone_come_last_and_names_without_them_not_at_all():
     assert found("chleg3", [act(name) for name in NAMES]) == ["Choose leg 3"]
     assert found("zz", [act(name) for name in NAMES]) == []
     assert len(found("", [act(name) for name in NAMES])) == len(NAMES)
+
+
+limits = st.one_of(st.none(), st.floats(-1e4, 1e4))
+axes = st.lists(
+    st.tuples(st.lists(st.tuples(limits, limits), min_size=1, max_size=4), st.floats(-1e3, 1e3), st.floats(-1e3, 1e3)),
+    min_size=50,
+    max_size=100,
+)
+
+
+@settings(max_examples=3, deadline=None)
+@given(axes)
+def test_an_axis_has_room_about_its_numbers_and_the_limits_near_them(axes):
+    asked = []
+    for bounds, *ends in axes:
+        asked.append(["range", [{"low": low, "high": high} for low, high in bounds], min(ends), max(ends)])
+    for (bounds, *ends), (least, most) in zip(axes, answers("plots/paint.js", asked), strict=True):
+        reach = 2 * max(abs(one) for one in ends)
+        near = [one for pair in bounds for one in pair if one is not None and abs(one) <= reach]
+        shown = most - least
+        inner = max(*ends, *near) - min(*ends, *near)
+        assert least < min(*ends, *near)
+        assert max(*ends, *near) < most
+        # far limits take no room, and a flat line does not fill it
+        assert shown <= inner + 2 * max(0.0801 * inner, 1.001e-3 * max(1, reach))
+        assert shown >= 0.9e-3 * max(1, reach)
+    assert answers("plots/paint.js", [["range", [{"low": -1, "high": None}], None, None]]) == [[-1, 1]]

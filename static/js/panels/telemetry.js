@@ -8,6 +8,7 @@ import { earlier } from "../earlier.js";
 import { clock } from "../events.js";
 import { bare } from "../figures.js";
 import { isShown, reveal } from "../layout.js";
+import { inside, paintMoment, range } from "../plots/paint.js";
 import { channelsOf, heardFrom, since } from "../samples.js";
 import { known, subscribe } from "../store.js";
 import * as shared from "../texts/shared.js";
@@ -116,33 +117,11 @@ function build(quantity, channels) {
   plot = new uPlot({
     width: Math.max(200, $("plot").clientWidth), height: HEIGHT, legend: { show: false },
     cursor: { drag: { x: false, y: false }, points: { show: false } },
-    scales: { x: { time: true, auto: false }, y: { range: (_, low, high) => range(channels, low, high) } },
+    scales: { x: { time: true, auto: false }, y: { range: (_, low, high) => range(channels.filter(({ name }) => !hidden.has(name)), low, high) } },
     axes: [{ ...axis, size: 28, space: 62, values: (_, times) => times.map(clock) }, { ...axis, size: 54, space: 22, values: (_, marks) => marks.map(bare), label: QUANTITIES[quantity].unit, labelSize: 16, labelFont: axis.font }],
     series: [{}, ...channels.map(({ name }, i) => ({ label: name, stroke: () => ink(LINES[i % LINES.length][0]), dash: LINES[i % LINES.length][1], width: 1.5 }))],
-    hooks: { drawAxes: [shade, hatch], draw: [limits, cursor], ready: [(made) => made.over.addEventListener("click", () => point(made.posToVal(made.cursor.left, "x")))] },
+    hooks: { drawAxes: [shade, hatch], draw: [limits, (made) => paintMoment(made, moment())], ready: [(made) => made.over.addEventListener("click", () => point(made.posToVal(made.cursor.left, "x")))] },
   }, [[], ...channels.map(() => [])], $("plot"));
-}
-
-// The limits are in sight where the numbers come near them; far ones would make flat lines of all.
-function range(channels, low, high) {
-  if (low === null || high === null) return [-1, 1];
-  const shown = channels.filter(({ name }) => !hidden.has(name));
-  const bounds = shown.flatMap((one) => [one.low, one.high]).filter((limit) => limit !== null);
-  const reach = Math.max(Math.abs(low), Math.abs(high)) * 2;
-  const near = bounds.filter((limit) => Math.abs(limit) <= reach);
-  const [least, most] = [Math.min(low, ...near), Math.max(high, ...near)];
-  const margin = Math.max((most - least) * 0.08, 1e-3);
-  return [least - margin, most + margin];
-}
-
-function inside(made, paint) {
-  const { left, top, width, height } = made.bbox;
-  made.ctx.save();
-  made.ctx.beginPath();
-  made.ctx.rect(left, top, width, height);
-  made.ctx.clip();
-  paint(made.ctx, made.bbox);
-  made.ctx.restore();
 }
 
 // What was heard before this page was loaded, up to where it began to hear.
@@ -202,19 +181,6 @@ function limits(made) {
         pen.stroke();
       }
     });
-  });
-}
-
-function cursor(made) {
-  if (moment() === null) return;
-  inside(made, (pen, { top, height }) => {
-    const x = made.valToPos(moment(), "x", true);
-    pen.strokeStyle = ink("strong");
-    pen.lineWidth = 2;
-    pen.beginPath();
-    pen.moveTo(x, top);
-    pen.lineTo(x, top + height);
-    pen.stroke();
   });
 }
 

@@ -5,6 +5,7 @@ import { point } from "../cursor.js";
 import { clock, when } from "../events.js";
 import { bare } from "../figures.js";
 import { ink } from "../themes.js";
+import { inside, paintMoment, range } from "./paint.js";
 
 const HEIGHT = 190;
 const DAY = 86400; // s
@@ -39,7 +40,7 @@ export function drawIn(box, channels, told, heard) {
     series: [{}, ...channels.map(({ name, unit }, i) => ({ label: name, scale: unit, stroke: () => ink(lineOf(i).colour), dash: lineOf(i).dash, width: 1.5 }))],
     hooks: {
       drawAxes: [(one) => hatch(one, told())],
-      draw: [(one) => { limits(one, channels); events(one, told()); moment(one, told()); }],
+      draw: [(one) => { limits(one, channels); events(one, told()); paintMoment(one, told().at); }],
       setSelect: [(one) => {
         const { left, width } = one.select;
         if (!(width > 0)) return;
@@ -57,29 +58,8 @@ export function drawIn(box, channels, told, heard) {
   return made;
 }
 
-// The limits are in sight where the numbers come near them; far ones would make flat lines of all.
-function range(channels, low, high) {
-  if (low === null || high === null) return [-1, 1];
-  const bounds = channels.flatMap((one) => [one.low, one.high]).filter((limit) => limit !== null);
-  const reach = Math.max(Math.abs(low), Math.abs(high)) * 2;
-  const near = bounds.filter((limit) => Math.abs(limit) <= reach);
-  const [least, most] = [Math.min(low, ...near), Math.max(high, ...near)];
-  const margin = Math.max((most - least) * 0.08, 1e-3 * Math.max(1, reach));
-  return [least - margin, most + margin];
-}
-
 export function resize(made, box) {
   if (box.clientWidth > 0) made.setSize({ width: box.clientWidth, height: HEIGHT });
-}
-
-function inside(made, paint) {
-  const { left, top, width, height } = made.bbox;
-  made.ctx.save();
-  made.ctx.beginPath();
-  made.ctx.rect(left, top, width, height);
-  made.ctx.clip();
-  paint(made.ctx, made.bbox);
-  made.ctx.restore();
 }
 
 function hatch(made, { pauses }) {
@@ -141,18 +121,5 @@ function events(made, { marks }) {
       signAt = x;
       pen.fillText(sign, x, top);
     }
-  });
-}
-
-function moment(made, { at }) {
-  if (at === null) return;
-  inside(made, (pen, { top, height }) => {
-    const x = made.valToPos(at, "x", true);
-    pen.strokeStyle = ink("strong");
-    pen.lineWidth = 2;
-    pen.beginPath();
-    pen.moveTo(x, top);
-    pen.lineTo(x, top + height);
-    pen.stroke();
   });
 }
