@@ -11,9 +11,10 @@ from footfall.core.errors import Cancelled, InvalidInput
 from footfall.core.frames import apply, inverse
 from footfall.core.grid import GridGeometry
 from footfall.core.value import Provenance
+from footfall.maps.layers import LIFT
 from footfall.maps.leg_collisions import LegCollisions
 from footfall.maps.leg_postures import TURNS
-from footfall.maps.reach import LIFT, Reach, reach
+from footfall.maps.reach import Reach, reach
 from footfall.maps.reach_classes import (
     CLASSES,
     FOOT_COLLISION,

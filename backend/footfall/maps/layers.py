@@ -109,6 +109,11 @@ LEGGED_LAYERS: Mapping[str, LayerInfo] = {
 ALL_LAYERS: Mapping[str, LayerInfo] = {**LAYERS, **LEGGED_LAYERS}
 
 
+LIFT, RAISE_TERRAIN = 0.2, 0.15
+"""How high maps and steps have a wheel over its footfall, and how much higher the ground is for it then, unless asked
+otherwise [m]."""
+
+
 @value
 class MapSettings(Value):
     """window: side of the plane-fit window [m], about one wheel.
@@ -131,8 +136,8 @@ class MapSettings(Value):
     step_limit: float = 0.25
     conservative: bool = False
     stable_margin: float = 0.0
-    lift: float = 0.2
-    raise_terrain: float = 0.15
+    lift: float = LIFT
+    raise_terrain: float = RAISE_TERRAIN
     clearance: float = 0.0
     collisions: bool = True
     friction: bool = False

@@ -14,6 +14,7 @@ from numpy.typing import NDArray
 
 from footfall.core.errors import InvalidInput
 from footfall.core.progress import Progress, no_progress
+from footfall.maps.layers import RAISE_TERRAIN
 from footfall.maps.reach_classes import FOOT_COLLISION, FREE, NO_LIFT, UNSURE, WAYPOINT_COLLISION
 from footfall.robot.bvh import PAYLOAD, robot_meshes
 from footfall.robot.clearance import LegClearance, clearance_ground, leg_reach
@@ -77,7 +78,7 @@ class LegCollisions:
         leg: int,
         ground: Dem,
         clearance: float = 0.0,
-        raise_terrain: float = 0.15,
+        raise_terrain: float = RAISE_TERRAIN,
         certified: Certified | None = None,
         most_checks: int | None = None,
     ) -> None:

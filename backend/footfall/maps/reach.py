@@ -16,6 +16,7 @@ from footfall.core.errors import InvalidInput
 from footfall.core.frames import apply, inverse
 from footfall.core.grid import GridGeometry
 from footfall.core.progress import Progress, no_progress, part
+from footfall.maps.layers import LIFT
 from footfall.maps.leg_collisions import LegCollisions
 from footfall.maps.leg_postures import LegFrame, choose_postures
 from footfall.maps.normals import cell_normals
@@ -34,9 +35,6 @@ LEAST_KNOWN = 1.0
 """Share of the ground within a wheel's radius that must be known; the step planner asks for the same."""
 
 _CELLS_AT_ONCE = 32768
-
-LIFT = 0.2
-"""Height of the waypoint straight above a footfall [m]: what the step planner takes unless told otherwise."""
 
 
 @dataclass(frozen=True)

@@ -20,6 +20,7 @@ from footfall.planning.compliance.predict import STRIDE, advanced
 from footfall.planning.execution.course import FALL
 from footfall.planning.scene.ground import Nearby, nearby
 from footfall.robot.kinematics import wheel_centers
+from footfall.robot.limits import room_to_limits
 from footfall.robot.model import Robot
 from footfall.sequence.commands import AtRest, Command
 from footfall.sequence.motion import reach
@@ -115,7 +116,7 @@ def _row(rover: CompliantRover, rest: RestingRover, command: Command) -> Yieldin
         return YieldingRow((rest,))
     origin, asked = rest.commanded, after(rest.commanded, command)
     own, joints = moved
-    if not ((robot.lower[own] <= joints) & (joints <= robot.upper[own])).all():
+    if not (room_to_limits(robot, joints, own) >= 0).all():
         return YieldingRow((rest,), "set points beyond the limits of the joints are not followed")
     lowering = command.kind.ends_by_force and command.leg is not None and command.force is not None
     count = max(1, int(np.ceil(np.abs(asked - origin).max() / STRIDE)))

@@ -6,6 +6,7 @@ from footfall.balance.friction import FRICTION
 from footfall.core.bounds import require_above_zero, require_not_negative
 from footfall.core.errors import InvalidInput
 from footfall.core.value import Provenance, Value, before, value
+from footfall.maps.layers import LIFT, RAISE_TERRAIN
 from footfall.planning.answers import Check, Status, require_answer
 from footfall.planning.body.body_shift import BodyShift
 from footfall.planning.body.move import JOINT_RESERVE, REACH_RESERVE, BodyMovePlan, BodyMoveSettings
@@ -25,8 +26,8 @@ class FindShiftSettings(Value):
     BodyMoveSettings), where a shift keeps them.
     """
 
-    lift: float = 0.2
-    raise_terrain: float = 0.15
+    lift: float = LIFT
+    raise_terrain: float = RAISE_TERRAIN
     clearance: float = 0.0
     conservative: bool = False
     least_margin: float = 0.0

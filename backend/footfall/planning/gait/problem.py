@@ -20,7 +20,18 @@ from footfall.core.value import LATER, Provenance, Value, value
 from footfall.planning.answers import Check, Status, require_answer
 from footfall.planning.body.move import JOINT_RESERVE, REACH_RESERVE
 from footfall.planning.walk.checked_motion import CheckedMotion
-from footfall.planning.walk.problem import Stance, WalkGoal, WalkPlan, WalkSettings
+from footfall.planning.walk.problem import (
+    CLEARANCE,
+    LEAST_MARGIN,
+    LIFT_HEIGHT,
+    MOST_TORQUE,
+    RAISED_TERRAIN,
+    STEEPEST,
+    Stance,
+    WalkGoal,
+    WalkPlan,
+    WalkSettings,
+)
 
 TRIPOD, RIPPLE, WAVE = "tripod", "ripple", "wave"
 GAITS: Mapping[str, str] = {
@@ -50,15 +61,15 @@ class GaitSettings(Value):
     tolerance: float = 0.15
     arc: bool = False
     height: float | None = None
-    lift: float = 0.2
-    steepest: float = 0.9
-    least_margin: float = 0.05
+    lift: float = LIFT_HEIGHT
+    steepest: float = STEEPEST
+    least_margin: float = LEAST_MARGIN
     friction: float = FRICTION
-    most_torque: float = 0.9
-    clearance: float = 0.01
+    most_torque: float = MOST_TORQUE
+    clearance: float = CLEARANCE
     reach_reserve: float = REACH_RESERVE
     joint_reserve: float = JOINT_RESERVE
-    raise_terrain: float = 0.05
+    raise_terrain: float = RAISED_TERRAIN
 
     def check(self) -> None:
         """Raises InvalidInput for an unknown gait, a stride or tolerance out of range, and what no walk can have."""

@@ -11,6 +11,7 @@ from footfall.core.bounds import require_above_zero, require_not_negative
 from footfall.core.errors import InvalidInput
 from footfall.core.product import Product
 from footfall.core.value import LATER, Provenance, Value, before, value
+from footfall.maps.layers import LIFT, RAISE_TERRAIN
 from footfall.planning.answers import Check, Status, require_answer
 
 PLANNERS: Mapping[str, str] = {
@@ -64,8 +65,8 @@ class StepSettings(Value):
     """
 
     planner: str = "auto"
-    lift: float = 0.2
-    raise_terrain: float = 0.15
+    lift: float = LIFT
+    raise_terrain: float = RAISE_TERRAIN
     clearance: float = 0.0
     epsilon: float = 0.01
     milestones: int = 5000

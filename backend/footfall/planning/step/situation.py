@@ -19,6 +19,7 @@ from footfall.planning.step.problem import StepSettings
 from footfall.robot.collision import TERRAIN, Collision, CollisionScene
 from footfall.robot.description import PARTS, link_name
 from footfall.robot.kinematics import center_of_mass, leg_wheel_pose
+from footfall.robot.limits import farthest_past
 from footfall.robot.model import Robot
 from footfall.robot.tolerance import outside_in_words
 from footfall.telemetry.state import RobotState
@@ -41,8 +42,8 @@ class Situation:
     ) -> None:
         self.robot, self.state, self.leg, self.ground, self.settings = robot, state, leg, ground, settings
         self.T_site_base = np.asarray(state.T_site_base)
-        own = slice(6 * leg, 6 * leg + 6)
-        self.lower, self.upper = robot.lower[own], robot.upper[own]
+        self._own = slice(6 * leg, 6 * leg + 6)
+        self.lower, self.upper = robot.lower[self._own], robot.upper[self._own]
         self.stance = LegStance(robot, dem, state, leg)
         self.others = self.stance.others
         self.footing = footing(self.stance, ground, settings)
@@ -113,9 +114,7 @@ class Situation:
         """What forbids q (6,), with sizes, for a person; empty where nothing does."""
         if self.first_unsure(q[None], terrain) == 1:
             return ""
-        outside = np.maximum(self.lower - q, q - self.upper)
-        joint = int(np.argmax(outside))
-        if outside[joint] > 0:
+        if farthest_past(self.robot, q, self._own).excess > 0:
             return outside_in_words(self.robot, self.posture(q))
         hits = self._scene.contacts(q, NO_GROUND)
         hits += self.footing.over_ground.contacts(q, self._lift[terrain], terrain == TRUE)

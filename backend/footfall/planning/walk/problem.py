@@ -37,6 +37,17 @@ FINEST = 0.05
 MOST_ATTEMPTS = 12
 """Searches for one walk: each may try twice as much as the one before, and more would not end within hours."""
 
+LEAST_MARGIN = 0.05
+"""What walks, gaits and closed loops keep of the support polygon unless asked otherwise [m]."""
+MOST_TORQUE = 0.9
+"""The share of a joint's torque limit that they may take."""
+CLEARANCE = 0.01
+"""What walks and gaits add to every clearance of the robot description [m]."""
+STEEPEST = 0.9
+"""The slope under a footfall that they take at most [rad]."""
+LIFT_HEIGHT, RAISED_TERRAIN = 0.2, 0.05
+"""How high they lift a wheel straight up, and by how much they raise the terrain for a swing [m]."""
+
 BODY, LIFT, SWING, LOWER = "body", "lift", "swing", "lower"
 """Phases of a foot move, in their order; ``body``: the chassis moves while all wheels stand."""
 
@@ -129,16 +140,16 @@ class WalkSettings(Value):
     """
 
     spacing: float = 0.2
-    steepest: float = 0.9
+    steepest: float = STEEPEST
     support: str = "preferred"
-    least_margin: float = 0.05
+    least_margin: float = LEAST_MARGIN
     friction: float = FRICTION
-    most_torque: float = 0.9
-    clearance: float = 0.01
+    most_torque: float = MOST_TORQUE
+    clearance: float = CLEARANCE
     reach_reserve: float = REACH_RESERVE
     joint_reserve: float = JOINT_RESERVE
-    lift: float = 0.2
-    raise_terrain: float = 0.05
+    lift: float = LIFT_HEIGHT
+    raise_terrain: float = RAISED_TERRAIN
     longest: float = 1.2
     height: float | None = None
     forbidden: tuple[Place, ...] = ()

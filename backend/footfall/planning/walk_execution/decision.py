@@ -5,7 +5,7 @@ from enum import Enum
 
 from footfall.core.bounds import require_above_zero, require_not_negative
 from footfall.core.value import Value, value, value_enum
-from footfall.planning.walk.problem import WalkGoal
+from footfall.planning.walk.problem import LEAST_MARGIN, MOST_TORQUE, WalkGoal
 
 
 @value_enum
@@ -31,8 +31,8 @@ class WayOnSettings(Value):
 
     foot_moves: int = 1
     look_every: int = 1
-    least_margin: float = 0.05
-    most_torque: float = 0.9
+    least_margin: float = LEAST_MARGIN
+    most_torque: float = MOST_TORQUE
     most_anew: int = 5
 
     def check(self) -> None:
