@@ -28,10 +28,12 @@ class Limited(Protocol):
     @property
     def lower(self) -> NDArray[np.float64]:
         """Lower limits (joints,) [rad]."""
+        ...
 
     @property
     def upper(self) -> NDArray[np.float64]:
         """Upper limits (joints,) [rad]."""
+        ...
 
 
 def inside(robot: Limited, measured: NDArray[np.float64], reserve: float = 0.0) -> NDArray[np.float64]:

@@ -101,6 +101,7 @@ class LookForFootfalls(Protocol):
 
     def __call__(self, robot: Robot, dem: Dem, settings: RouteSettings, progress: Progress, /) -> FeasibleGround:
         """As :func:`feasible_ground`."""
+        ...
 
 
 def feasible_ground(

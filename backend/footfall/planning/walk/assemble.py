@@ -19,22 +19,27 @@ class Measured(Protocol):
     @property
     def groups(self) -> tuple[tuple[int, ...], ...]:
         """Legs that move together in each foot move, (m,)."""
+        ...
 
     @property
     def moves(self) -> NDArray[np.int64]:
         """Which foot move each waypoint is of, (n,); m after the last."""
+        ...
 
     @property
     def phases(self) -> tuple[str, ...]:
         """What the motion that ends at each waypoint does, (n,)."""
+        ...
 
     @property
     def margins(self) -> Array:
         """Margin of the centre of mass to the support polygon, (n,) [m]."""
+        ...
 
     @property
     def torques(self) -> Array:
         """Largest share of a joint's torque limit, (n,)."""
+        ...
 
 
 class _Rows:
