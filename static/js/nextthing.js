@@ -1,10 +1,10 @@
 // What comes next for an operator who walks the rover: one thing at a time, from what is known. Nothing is done or shown here.
 
-import { armIt, next as nextRow } from "./texts/commands.js";
+import { armIt, goOn, makeCommandsOf, next as nextRow } from "./texts/commands.js";
 import { build, takeImages } from "./texts/ground.js";
 import * as texts from "./texts/next.js";
 import * as shared from "./texts/shared.js";
-import { fromHere, holdIt } from "./texts/walk.js";
+import { fromHere, goOnByItself, holdIt } from "./texts/walk.js";
 
 const OLD = 3600; // s: ground that was seen longer ago is looked at again
 const SAME = 0.01; // m, rad: a goal as near as this to another is that one
@@ -42,12 +42,12 @@ function byItself({ state, goal, part: next, waits_for: waits }, { gate, part })
   const about = texts.byItself(goal.x, goal.y, part || next, waits);
   if (state !== "held") return thing("loop-hold", holdIt, about, "loop");
   if (gate.state === "sending" && !gate.waiting) return wait(texts.heldPresent(gate.mode === "steps" ? texts.rowEnds : texts.commandsEnd), about, "loop");
-  return thing("loop-on", texts.goOnByItself, about, "loop");
+  return thing("loop-on", goOnByItself, about, "loop");
 }
 
 function underWay({ waiting, why, aborted }, { part }) {
   if (!waiting || aborted) return wait(aborted ? texts.presentRowEnds : texts.underWay(part || texts.commands), texts.aboutUnderWay, "run");
-  return why === "step by step" ? thing("run-next", nextRow, "", "run") : thing("run-resume", texts.goOn, why, "run");
+  return why === "step by step" ? thing("run-next", nextRow, "", "run") : thing("run-resume", goOn, why, "run");
 }
 
 // The next foot move of a walk that was found, or all that are left.
@@ -59,7 +59,7 @@ function onward({ walking, ready, rest }) {
   if (ready === parts) return thing("arm", armIt, texts.aboutArm, "sequence");
   const mover = walking.leg === null ? texts.chassis : shared.leg(walking.leg);
   const which = parts > 1 ? texts.movesToGoal(parts) : texts.move(walking.done + 1, walking.of, mover);
-  return thing(rest ? "walk-rest" : "walk-next", texts.makeCommands(which), "", judge);
+  return thing(rest ? "walk-rest" : "walk-next", makeCommandsOf(which), "", judge);
 }
 
 // Ground there must be, of the newest images.

@@ -18,7 +18,7 @@ def test_a_checked_move_becomes_commands_and_is_sent(page: Page, served: Running
     before = held(served)["sequence"]
     press(page, "Check the move")
     expect(page.locator("#what-if-answer")).to_contain_text("The chassis can go there")
-    press(page, "Make commands")
+    page.locator("#make-body-move").click()
     until(lambda: held(served)["sequence"] != before, "the commands")
     digest = held(served)["sequence"]
     assert held(served)["played"] == digest

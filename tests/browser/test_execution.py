@@ -166,14 +166,14 @@ def test_by_keyboard_alone_and_out_of_date_after_another_plan(console: Page, qui
 def test_commands_are_made_with_the_pose_held_unless_an_expert_says_otherwise(console: Page, quiet: Running) -> None:
     planned(console, quiet, lambda: press(console, "Plan step"))
     expect(console.locator("#way-text")).to_have_text("pose held: the rover's sag is predicted")
-    held_so = sequenced(quiet, lambda: press(console, "Make sequence"))
+    held_so = sequenced(quiet, lambda: press(console, "Make commands"))
     assert held_so["way"]["mode"] == "pose_held"
     expect(console.locator("#sequence-way")).to_contain_text("pose held: The standing legs")
     expect(console.locator("#sequence-way")).not_to_have_class("doubt")
     console.locator("#as-commanded").check()
     doubt = "as commanded: the rover sags; touch-down is not predicted"
     expect(console.locator("#way-text")).to_have_text(doubt)
-    rigid = sequenced(quiet, lambda: press(console, "Make sequence"))
+    rigid = sequenced(quiet, lambda: press(console, "Make commands"))
     assert rigid["way"] == {"mode": "rigid", "text": doubt, "doubt": True}
     expect(console.locator("#sequence-way")).to_have_text(doubt)
     expect(console.locator("#sequence-way")).to_have_class("doubt")

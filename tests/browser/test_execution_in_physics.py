@@ -67,7 +67,7 @@ def test_a_step_commanded_as_planned_is_not_called_good(
 ) -> None:
     planned(page, served, lambda: press(page, "Plan step"))
     page.locator("#as-commanded").check()
-    sequence = sequenced(served, lambda: press(page, "Make sequence"))
+    sequence = sequenced(served, lambda: press(page, "Make commands"))
     assert sequence["way"]["doubt"]
     expect(page.locator("#sequence-way")).to_have_class("doubt")
     press(page, "Arm")

@@ -42,7 +42,7 @@ def test_a_row_that_was_changed_into_a_collision_is_marked(console: Page, quiet:
     expect(row).to_have_class("failing")
     expect(row).to_contain_text("leg2_wheel cuts 0.068 m into terrain")
     expect(console.locator("#sequence-start")).to_be_visible()
-    expect(console.locator("#sequence-start")).to_contain_text("doesn't say from where they start")
+    expect(console.locator("#sequence-start")).to_contain_text("doesn't say where they start")
     expect(console.get_by_role("button", name="Arm", exact=True)).to_be_disabled()
     expect(console.get_by_role("button", name="Export", exact=True)).to_be_disabled()
     expect(console.locator("#timeline-text")).to_contain_text("import")

@@ -28,7 +28,7 @@ def test_a_refused_target_leads_to_a_suggested_one_that_is_sent(
     assert re.search(r"is \d+\.\d\d m from its hip, farther than the \d+\.\d\d m it can reach", refused["reason"])
     assert "choose a footfall that the reach map shows green" in refused["reason"]
     expect(page.locator("#plan-answer")).to_contain_text(as_shown(refused["reason"]))
-    expect(page.get_by_role("button", name="Make sequence")).to_be_disabled()
+    expect(page.get_by_role("button", name="Make commands")).to_be_disabled()
     expect(page.locator("#gauge-ghost output")).to_contain_text("the plan was refused")
     # the commands are still those of the plan before
     expect(page.locator("#gauge-worst .doubt")).to_contain_text("of another plan")
@@ -42,7 +42,7 @@ def test_a_refused_target_leads_to_a_suggested_one_that_is_sent(
     assert held(served)["footfall_answer"]["acceptable"]
     expect(said.locator(".yes")).to_be_visible()
     answer = planned(page, served, lambda: press(page, "Plan step"))
-    sequence = sequenced(served, lambda: press(page, "Make sequence"))
+    sequence = sequenced(served, lambda: press(page, "Make commands"))
     assert sequence["parents"]["plan"] == answer["plan"]["digest"]
     press(page, "Arm")
     expect(page.locator("#send")).to_be_enabled()

@@ -90,7 +90,7 @@ def test_the_first_step_of_the_readme(picked: list[Any], page: Page, served: Run
         ["Choose"],
         ["Plan step"],
         ["Ghost"],
-        ["Make sequence", "Export"],
+        ["Make commands", "Export"],
         ["Arm", "Send to rover"],
     ]
 
@@ -139,7 +139,7 @@ def test_the_first_step_of_the_readme(picked: list[Any], page: Page, served: Run
     look("4-planned")
 
     old = held(served)["sequence"]
-    press("Make sequence")
+    press("Make commands")
     until(lambda: held(served)["sequence"] != old, "the sequence")
     with served.client() as client:
         sequence = client.get("/sequences/current").json()
@@ -205,7 +205,7 @@ def test_a_refused_footfall_says_why(console: Page, quiet: Running, look: Keep) 
     assert "leg" in reason
     expect(console.locator("#plan-answer")).to_contain_text(reason)
     expect(console.locator("#job-said")).to_have_text(f"No plan: {reason}")
-    expect(console.get_by_role("button", name="Make sequence")).to_be_disabled()
+    expect(console.get_by_role("button", name="Make commands")).to_be_disabled()
     look("refused")
 
 
@@ -247,7 +247,7 @@ def test_a_scan_is_loaded_with_the_unit_and_direction_that_are_chosen(console: P
     refusal = console.get_by_text("does not say what its coordinates mean").first
     expect(refusal).to_be_visible()
     assert held(quiet)["dem"] == before
-    console.get_by_text("A scan means", exact=True).click()
+    console.get_by_text("Unit and axis of a scan", exact=True).click()
     console.locator("#scan-unit").select_option("mm")
     console.locator("#scan-up").select_option("y")
     console.locator("#terrain-file").set_input_files(file)

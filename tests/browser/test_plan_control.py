@@ -146,7 +146,7 @@ def test_going_on_is_marked_and_ends(page: Page, served: Running, look: Keep) ->
     assert second["plan"]["waypoints"][0] == first["plan"]["waypoints"][-1]
     # its commands wait for the rover to stand there
     before = held(served)["sequence"]
-    press(page, "Make sequence")
+    press(page, "Make commands")
     until(lambda: held(served)["sequence"] != before, "the sequence")
     expect(page.locator("#status-match")).to_have_attribute("data-state", "bad")
     look("going-on")

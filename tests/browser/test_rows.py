@@ -103,7 +103,7 @@ def test_commands_of_another_plan_are_marked(console: Page, quiet: Running) -> N
     assert footfall is not None
     try:
         live.plans.step(footfall.leg, (footfall.x, footfall.y), StepSettings(lift=0.25)).finish()
-        expect(other).to_contain_text("These commands are of another plan")
+        expect(other).to_contain_text("These commands belong to another plan")
         live.sequences.make(as_commanded=True)
         expect(other).to_be_hidden()
     finally:

@@ -83,7 +83,7 @@ def test_a_verdict_goes_with_what_it_judged(console: Page, quiet: Running) -> No
 
 
 def test_commands_that_were_carried_out_are_not_armed(console: Page, quiet: Running) -> None:
-    expect(console.locator("#make-sequence")).to_have_text("Make sequence: leg 2")
+    expect(console.locator("#make-sequence")).to_have_text("Make commands: leg 2")
     carried_out(quiet)
     count = len(held(quiet, "/sequences/current")["commands"])
     complete = f"Sequence complete ({count} of {count}): make new commands."
@@ -93,17 +93,17 @@ def test_commands_that_were_carried_out_are_not_armed(console: Page, quiet: Runn
     expect(console.locator("#arm-state")).to_contain_text(complete)
     make = console.locator("#make-sequence")
     expect(make).to_be_disabled()
-    expect(make).to_have_text("Make sequence")
-    expect(make).to_have_attribute("title", re.compile("was carried out: plan the next"))
+    expect(make).to_have_text("Make commands")
+    expect(make).to_have_attribute("title", re.compile("The plan was carried out: plan the next"))
 
 
 def test_the_button_names_what_it_makes_commands_of_and_makes_that(console: Page, quiet: Running) -> None:
     make = console.locator("#make-sequence")
-    expect(make).to_have_text("Make sequence: leg 2")
+    expect(make).to_have_text("Make commands: leg 2")
     console.locator("#panel-what-if summary").click()
     console.locator("#shift-dz").fill("-0.02")
     made(quiet, "body_move", lambda: press(console, "Check the move"))
-    expect(make).to_have_text("Make sequence: chassis move")
+    expect(make).to_have_text("Make commands: chassis move")
     before = held(quiet)["sequence"]
     console.locator("#h-commands").click()
     console.keyboard.press("s")

@@ -23,7 +23,7 @@ def test_it_is_begun_held_let_go_on_and_cancelled(page: Page, served: Running, l
     page.on("request", lambda one: steered.append(one.url.rpartition("/")[2]) if "/walk-loop/" in one.url else None)
     page.locator("#panel-loop > summary").click()
     expect(begin).to_be_disabled()
-    expect(begin).to_have_attribute("title", re.compile("Say where the rover is to go"))
+    expect(begin).to_have_attribute("title", re.compile("Set the goal of the walk first"))
     page.locator("#panel-walk > summary").click()
     page.locator("#walk-ahead").fill("1")
     page.locator("#seed").fill("3")

@@ -125,7 +125,7 @@ function draw({ summary, sequence }) {
   if (armed && lapsed(summary, sequence)) armed = null;
   const sending = summary.gate?.state === "sending";
   const lost = alive() ? "" : texts.ago(silent());
-  $("make-sequence").textContent = summary.to_command ? texts.makeSequenceOf(summary.to_command.text) : texts.makeSequence;
+  $("make-sequence").textContent = summary.to_command ? texts.makeCommandsOf(summary.to_command.text) : texts.makeCommands;
   $("arm-state").dataset.state = armed || (sending && (summary.gate.waiting || lost)) ? "warn" : sending ? "busy" : "none";
   $("arm-state").textContent = armed
     ? texts.armedFor(armedFor())
@@ -159,7 +159,7 @@ function drawTable(summary, sequence) {
   $("commands").hidden = !sequence;
   const broken = sequence?.rules.filter((rule) => !rule.holds) ?? [];
   $("sequence-text").className = !sequence ? "" : sequence.valid ? "yes" : "no";
-  $("sequence-text").textContent = !sequence ? texts.noSequenceYet : texts.summary(sequence.commands.length, sequence.duration, sequence.valid ? texts.rulesHold : broken.map(texts.ruleTold).join("; "));
+  $("sequence-text").textContent = !sequence ? texts.noCommandsYet : texts.summary(sequence.commands.length, sequence.duration, sequence.valid ? texts.rulesHold : broken.map(texts.ruleTold).join("; "));
   if (focused?.matches("input")) return; // the rows stay under the hands of somebody who types
   drawn = key;
   if (!sequence) return;

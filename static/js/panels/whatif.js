@@ -7,6 +7,7 @@ import { $, asTyped, attempt, element } from "../dom.js";
 import { reveal } from "../layout.js";
 import { known, subscribe } from "../store.js";
 import { refresh } from "../stream.js";
+import { makeCommands } from "../texts/commands.js";
 import * as texts from "../texts/plan.js";
 import * as shared from "../texts/shared.js";
 import { wayOfMove } from "./commands.js";
@@ -133,6 +134,6 @@ function showAnswer(kind, answer, text) {
       className: one.holds ? "yes" : "no",
       textContent: texts.checkTold(one),
     }))),
-    ...(answer.plan ? [element("button", { id: "make-body-move", type: "button", textContent: texts.makeCommands, onclick: () => make(answer.digest) })] : []),
+    ...(answer.plan ? [element("button", { id: "make-body-move", type: "button", textContent: makeCommands, onclick: () => make(answer.digest) })] : []),
   );
 }

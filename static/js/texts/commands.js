@@ -6,25 +6,25 @@ import { COMMAND_WORDS } from "./record.js";
 export const insertWait = "Insert a wait before the first row";
 export const arm = "Arm the commands";
 export const armFirst = "Arm the commands first.";
-export const make = "Make the command sequence";
-export const exportSequence = "Export the sequence";
+export const make = "Make commands of what was planned last";
+export const exportSequence = "Export the commands";
 export const ruleBroken = "A rule does not hold: see the list.";
 export const importCommands = "Import commands from a file";
 export const undo = "Undo the last choice or edit";
 export const nothingToUndo = "There is nothing to undo.";
-export const redo = "Redo what was undone last";
-export const nothingToRedo = "There is nothing undone to make again.";
+export const redo = "Redo the choice or edit that was undone last";
+export const nothingToRedo = "There is nothing to redo.";
 export const undoing = (choice) => `Undo: ${choice} (Ctrl+Z)`;
 export const redoing = (choice) => `Redo: ${choice} (Ctrl+Y)`;
 export const noPlanFound = (reason) => `Nothing was made: no plan was found. ${reason}`;
 export const nothingMade = (why) => `Nothing was made: ${why}`;
-export const carriedOut = "What was planned was carried out: plan the next step or move.";
+export const carriedOut = "The plan was carried out: plan the next step or move.";
 export const noPlanToCommand = "There is no plan to make commands of: plan the step first.";
 export const noTerrainToCheck = "There is no terrain to check commands on: build or load it first.";
 export const stanceUnknown = "It is not known how the rover stands yet.";
 export const complete = (count) => `Sequence complete (${count} of ${count}): make new commands.`;
-export const makeSequence = "Make sequence";
-export const makeSequenceOf = (what) => `Make sequence: ${what}`;
+export const makeCommands = "Make commands";
+export const makeCommandsOf = (what) => `Make commands: ${what}`;
 
 // -- armed and sent --------------------------------------------------------------------------------
 
@@ -44,7 +44,7 @@ export const sagPredicted = (mode) => `${mode}: the rover's sag is predicted`;
 
 // -- the list --------------------------------------------------------------------------------------
 
-export const noSequenceYet = "No sequence yet.";
+export const noCommandsYet = "No commands yet.";
 export const summary = (count, duration, rules) => `${count} commands, ${seconds(duration)}. ${rules}`;
 export const rulesHold = "Every rule holds.";
 // A rule of the whole sequence says row −1.
@@ -60,9 +60,9 @@ export const deleteRow = (row) => `Delete row ${row}`;
 // -- the chosen row --------------------------------------------------------------------------------
 
 export const rowUp = "Move the chosen row up";
-export const isFirst = "It is the first row.";
+export const isFirst = "The chosen row is the first.";
 export const rowDown = "Move the chosen row down";
-export const isLast = "It is the last row.";
+export const isLast = "The chosen row is the last.";
 export const splitRow = "Split the chosen row in two halves";
 export const waitBefore = "Insert a wait before the chosen row";
 export const copyRow = "Copy the chosen row, after it";
@@ -77,12 +77,12 @@ export const jointOfRow = (joint, row) => `${joint} of row ${row} [rad]`;
 export const nextRow = "Send the next row";
 export const rowUnderWay = "The present row is still under way.";
 export const hold = "Hold after the present row";
-export const waitsAlready = "It waits after the present row already.";
-export const resume = "Resume: send the rows that are left";
-export const goesOn = "It goes on already.";
+export const waitsAlready = "The run waits after the present row already.";
+export const resume = "Go on: send the rows that are left";
+export const goesOn = "The run goes on already.";
 export const abort = "Abort: send nothing more";
 export const nothingSent = "Nothing is being sent.";
-export const aborted = "It was aborted; the present row is carried out.";
+export const aborted = "The run was aborted; the present row still ends.";
 export const underWay = "under way";
 export const agoWas = (since, what) => `${age(since)} ago: ${what}`;
 export const stateOf = (state, time) => `${COMMAND_WORDS[state] ?? state}${time && ` ${time}`}`;
@@ -99,11 +99,11 @@ export const choiceTold = ({ kind, leg, by }) => `${CHOICES[kind]}${leg === null
 
 export const title = "{} Commands";
 export const commandedAsPlanned = "{} as commanded";
-export const aboutCommanded = "For experts: what was planned is commanded, whether or not the rover sags";
+export const aboutCommanded = "For experts: the plan is commanded as it is, whether or not the rover sags";
 export const redoIt = "Redo";
 export const wait = "Insert wait";
-export const otherPlan = "These commands are of another plan than the one that was made last: make them again, or choose theirs.";
-export const startUnknown = "The file that these commands were read from doesn't say from where they start: they are checked from how the rover stood when it was read.";
+export const otherPlan = "These commands belong to another plan than the latest: make commands again, or choose their plan.";
+export const startUnknown = "The file of these commands doesn't say where they start: they are checked from where the rover stood when the file was read.";
 export const list = "Command list";
 export const command = "Command";
 export const phase = "Phase";
@@ -123,5 +123,5 @@ export const file = "File of commands";
 export const armIt = "Arm";
 export const byStep = "{} step by step";
 export const next = "Next row";
-export const goOn = "Resume";
+export const goOn = "Go on";
 export const stopSending = "Abort";

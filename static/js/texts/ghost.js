@@ -2,7 +2,7 @@
 
 import { age, fixed, metres, percent, seconds } from "../figures.js";
 
-export const nothingToPlay = "There is neither a plan nor a sequence to play.";
+export const nothingToPlay = "There is nothing to play yet: plan the step first.";
 export const noRows = "What the ghost plays has no rows yet: make its commands.";
 export const playOrPause = "Play or pause the ghost";
 export const back = "Ghost back";

@@ -71,7 +71,7 @@ export const nothingEnded = "Nothing has ended yet.";
 export const images = "images";
 export const imagesCame = "Images received";
 export const imagesLost = "No images: the link was lost before they came";
-export const noImages = "No images came";
+export const noImages = "No images received";
 export const before = (since) => `, ${age(since)} ago`;
 export const more = (count) => `, ${count} more`;
 export const underWay = (what, doing, others, since) => `${what}: ${doing}${others}${since}`;

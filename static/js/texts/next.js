@@ -8,14 +8,14 @@ export const doNext = "Do what comes next";
 export const sendNext = "Send or go on, as what comes next says";
 export const holdButton = "Hold the button.";
 export const changedMeanwhile = "What comes next has changed meanwhile: nothing was sent.";
-export const nothingToSend = "Nothing is to be sent.";
+export const nothingToSend = "There is nothing to send.";
 export const named = (what) => `Next: ${what}`;
 
 // -- one thing at a time, and what to know of it -------------------------------------------------------
 
 export const stopped = "A stop is in force";
 export const aboutStopped = "Clear it, left of STOP, once it is safe to go on.";
-export const aboutSend = (left) => `Armed for ${left} s more. The run holds where the rover does not stand as it was to.`;
+export const aboutSend = (left) => `Armed for ${left} s more. The run holds where the rover does not stand as predicted.`;
 export const waitFor = (what) => `Wait for the ${what}`;
 export const aboutWait = "Progress and Cancel are in the bar above.";
 export const walkTo = "Walk to…";
@@ -26,17 +26,14 @@ export const byItself = (x, y, part, waits) => `By itself to ${place([x, y], 2)}
 export const rowEnds = "row ends";
 export const commandsEnd = "commands end";
 export const heldPresent = (what) => `Held: the present ${what}`;
-export const goOnByItself = "Go on by itself";
 export const presentRowEnds = "The present row ends";
 export const commands = "commands";
 export const underWay = (what) => `Under way: ${what}`;
-export const aboutUnderWay = "It goes on while the rover stands as it was to. Hold and Abort are under Commands.";
-export const goOn = "Go on";
+export const aboutUnderWay = "The run goes on while the rover stands as predicted. Hold and Abort are under Commands.";
 export const aboutArm = "Look at the ghost first; then there are ten seconds to send.";
 export const chassis = "the chassis";
 export const movesToGoal = (count) => `${count} moves to the goal`;
 export const move = (number, count, mover) => `move ${number} of ${count}: ${mover}`;
-export const makeCommands = (which) => `Make commands: ${which}`;
 export const aboutBuild = "The newest images are not in the ground yet.";
 export const noGround = "There is no ground yet.";
 export const chooseAnother = "Choose another goal";
@@ -57,6 +54,6 @@ export const runTold = (run, verdict) => `Run ${run} ${verdict}`;
 
 export const title = "Next";
 export const until = "Walk on until {}";
-export const aboutUntil = "After each foot move the rover is looked at; the run is held where it does not stand as it was to";
+export const aboutUntil = "After each foot move the run checks where the rover stands, and holds where that is not as predicted";
 export const theGoal = "the goal";
 export const theNextMove = "the next foot move";

@@ -57,7 +57,6 @@ export const statusOutOfDate = (why) => ` ▲ OUT OF DATE: ${why}`;
 export const askAgain = (why) => `▲ Out of date: ${why}. Ask again.`;
 export const shiftFound = (shift, reason) => `A shift makes it possible: ${shift}. ${reason}`;
 export const moveFound = (count) => `The chassis can go there through ${count} postures of all legs.`;
-export const makeCommands = "Make commands";
 
 /** @type {[string, string, number][]} name, text, how much one of the field is */
 export const FIELDS = [
@@ -110,5 +109,5 @@ export const chooseOne = "Alternatives: choose with a click or with key K";
 export const plan = "Plan";
 export const wheel = "Wheel [m]";
 export const time = "Time [s]";
-export const clear = "Clear [m]";
+export const clear = "Clearance [m]";
 export const margin = "Margin [m]";

@@ -81,7 +81,7 @@ export const advice = (text) => `Do: ${text}.`;
 // -- on the page from the beginning -----------------------------------------------------------------
 
 export const whatCame = "What came of the latest run";
-export const against = "Against its prediction, which is sure to ± in 95 of 100 cases";
+export const against = "Measured beside predicted; ± holds in 95 of 100 cases";
 export const offBy = "Off by";
 export const measuredWithin = "Measured, ± 95 %";
 export const title = "Sag";
@@ -90,11 +90,11 @@ export const mode = "Mode {}";
 export const predictIt = "Predict sag";
 export const mustKeep = "What the prediction must keep";
 export const clearanceOf = "Clearance [m] {}";
-export const aboutClearance = "Least of the wheel over the ground while it swings";
+export const aboutClearance = "The wheel keeps so much above the ground while it swings";
 export const largestOffset = "Largest offset [m] {}";
 export const leastLoad = "Least load [N] {}";
 export const highestLift = "Highest lift [m] {}";
-export const aboutLift = "To which the mode as commanded may raise the lift";
+export const aboutLift = "The mode as commanded may raise the lift so far";
 export const speed = "Speed, share {}";
 export const aboutSpeed = "Share of the joints' speed limits";
 export const jointStiffness = "Joint stiffness × {}";

@@ -50,10 +50,10 @@ export const away = (distance, reached) => `${reached ? "✓" : "✕"} ${metres(
 
 export const legs = "Legs";
 export const force = "Force [N]";
-export const aboutForce = "force on the wheel, and its share of all";
+export const aboutForce = "Force on the wheel, and its share of all";
 export const worstTorque = "Worst torque";
 export const toFootfall = "To footfall";
-export const aboutToFootfall = "distance of the footfall from the hip";
+export const aboutToFootfall = "Distance of the footfall from the hip";
 export const title = "Telemetry";
 export const shows = "Shows";
 export const of = "Of";
