@@ -1,58 +1,89 @@
-// Which work areas are in sight: named layouts, each remembered as the operator leaves it; and which theme is worn.
+// Which work areas are in sight, and where: named layouts, each remembered as the operator leaves it. An area is a card at the
+// side, docked below the scene, or floats over it. And which theme is worn.
 
 import { act } from "./acts.js";
 import { $, element } from "./dom.js";
-import { changed } from "./store.js";
-import * as texts from "./texts/page.js";
+import * as cards from "./layout/cards.js";
+import * as floats from "./layout/floats.js";
+import * as kept from "./layout/kept.js";
+import { stateOf } from "./layout/states.js";
+import { changed, subscribe } from "./store.js";
+import * as texts from "./texts/layout.js";
+import * as page from "./texts/page.js";
 import { THEMES, theme, wear } from "./themes.js";
 
-const KEPT_AS = "footfall.layout";
-const LAYOUTS = {
-  [texts.planAStep]: { key: "7", shown: ["ground", "footfall", "plan", "execution", "commands"] },
-  execute: { key: "8", shown: ["legs", "telemetry", "commands"] },
-  plots: { key: "", shown: ["plots"] },
-  review: { key: "9", shown: ["legs", "telemetry", "sessions", "record"] },
-};
+/** @type {{name: string, title: string, panel: HTMLElement, home: string, tools: Record<string, HTMLElement>}[]} as the page has them */
+let areas = [];
 
-let kept = { chosen: texts.planAStep, shown: {} }; // shown: layout → names of panels, where they differ from the delivered
-
-/** @returns {HTMLElement[]} */
-const panels = () => [...document.querySelectorAll(".panel")].map((panel) => /** @type {HTMLElement} */ (panel));
-const nameOf = (panel) => panel.id.replace("panel-", "");
-const titleOf = (panel) => panel.querySelector("h2").lastChild.textContent.trim();
-const shown = () => kept.shown[kept.chosen] ?? LAYOUTS[kept.chosen].shown;
-export const isShown = (name) => shown().includes(name);
+export const isShown = (name) => kept.shown().includes(name) && cards.isOpen(name);
 
 export function startLayout() {
-  try {
-    const found = JSON.parse(localStorage.getItem(KEPT_AS));
-    if (found?.chosen in LAYOUTS && typeof found.shown === "object") kept = found;
-  } catch { /* a layout that can't be read is no loss */ }
-  $("layout").append(...Object.keys(LAYOUTS).map((name) => element("option", { value: name, textContent: name })));
+  kept.recall();
+  $("layout").append(...Object.keys(kept.LAYOUTS).map((name) => element("option", { value: name, textContent: name })));
   $("layout").addEventListener("change", () => choose($("layout").value));
-  for (const panel of panels()) {
-    const [name, title] = [nameOf(panel), titleOf(panel)];
-    const button = element("button", { type: "button", id: `area-${name}`, textContent: title, onclick: () => reveal(name) });
-    button.setAttribute("aria-controls", panel.id);
-    $("area-buttons").append(button);
-    const heading = panel.querySelector("h2");
-    heading.tabIndex = -1;
-    const hide = element("button", { type: "button", className: "hide", textContent: "–", title: texts.hide(title), onclick: () => conceal(name) });
-    hide.setAttribute("aria-label", texts.hide(title));
-    heading.after(hide);
-    act({ text: texts.goTo(title), run: () => reveal(name) });
-  }
-  for (const [name, { key }] of Object.entries(LAYOUTS)) act({ key, text: texts.layout(name), run: () => choose(name) });
-  act({ text: texts.layoutAsDelivered, run: restore });
+  areas = [...document.querySelectorAll(".panel")].map(areaOf);
+  for (const [name, { key }] of Object.entries(kept.LAYOUTS)) act({ key, text: texts.layout(name), run: () => choose(name) });
+  act({ text: texts.layoutAsDelivered, run: () => { cards.forget(); kept.deliver(); redraw(); } });
+  act({ text: texts.undoLayout, run: () => { kept.undo(); redraw(); }, refusal: () => (kept.canUndo() ? "" : texts.nothingChanged) });
   act({ key: "F6", text: texts.nextArea, run: next });
+  floats.listen(redraw);
+  new ResizeObserver(draw).observe(floats.scene()); // what floats stays inside
+  subscribe(drawStates);
   startThemes();
   draw();
 }
 
+// -- one area --------------------------------------------------------------------------------------
+
+function areaOf(panel) {
+  const name = panel.id.replace("panel-", "");
+  const heading = panel.querySelector("h2");
+  const title = heading.lastChild.textContent.trim();
+  const area = { name, title, panel, home: panel.parentElement.id, tools: {} };
+  const button = element("button", { type: "button", id: `area-${name}`, textContent: title, onclick: () => { cards.openForGood(name); reveal(name); } });
+  button.setAttribute("aria-controls", panel.id);
+  $("area-buttons").append(button);
+  act({ text: texts.goTo(title), run: () => reveal(name) });
+  heading.tabIndex = -1;
+  heading.addEventListener("click", () => { if (!cards.isOpen(name)) fold(area); });
+  area.tools = {
+    grip: floats.makeMovable(panel, name, title, redraw),
+    fold: tool("fold", "", "", () => fold(area)),
+    float: tool("float", "❐", texts.float(title), () => put(area, isAt(area, "scene") ? area.home : "scene")),
+    dock: tool("dock", "⤓", texts.dock(title), () => put(area, isAt(area, "dock") ? "side" : "dock")),
+    hide: tool("hide", "–", texts.hide(title), () => conceal(name)),
+  };
+  area.tools.fold.setAttribute("aria-controls", panel.id);
+  const tools = element("div", { className: "tools" }, ...Object.values(area.tools));
+  tools.dataset.needs = "viewer"; // who may do nothing else may still look where it suits
+  heading.after(tools, element("p", { className: "state", hidden: true }));
+  return area;
+}
+
+const tool = (className, textContent, title, onclick) => element("button", { type: "button", className, textContent, title, ariaLabel: title, onclick });
+
+const placeOf = ({ name, home }) => kept.placed()[name]?.at ?? home;
+const isAt = (area, place) => placeOf(area) === place;
+
+function fold({ name }) {
+  if (cards.isOpen(name)) cards.close(name);
+  else cards.openForGood(name);
+  redraw();
+}
+
+function put({ name, home }, place) {
+  if (place === "scene") cards.openForGood(name);
+  const at = place === "scene" ? { at: place, ...floats.firstBox() } : { at: place };
+  kept.change({ placed: { ...kept.placed(), [name]: place === home ? undefined : at } });
+  redraw();
+}
+
+// -- themes ----------------------------------------------------------------------------------------
+
 function startThemes() {
   $("theme").append(...THEMES.map((name) => element("option", { value: name, textContent: name })));
   $("theme").addEventListener("change", () => dress($("theme").value));
-  for (const name of THEMES) act({ text: texts.theme(name), run: () => dress(name) });
+  for (const name of THEMES) act({ text: page.theme(name), run: () => dress(name) });
   $("theme").value = theme();
 }
 
@@ -61,54 +92,116 @@ function dress(name) {
   $("theme").value = name;
 }
 
-function keep(names) {
-  kept.shown[kept.chosen] = names;
-  save();
-}
-
-function save() {
-  try {
-    localStorage.setItem(KEPT_AS, JSON.stringify(kept));
-  } catch { /* without storage the layout lasts as long as the page */ }
-  draw();
-  changed(); // panels that were out of sight draw what they hold
-}
+// -- what is in sight ------------------------------------------------------------------------------
 
 function choose(name) {
-  kept.chosen = name;
-  save();
+  cards.forget();
+  kept.choose(name);
+  redraw();
 }
 
-function restore() {
-  delete kept.shown[kept.chosen];
-  save();
+// Opens the card of an area, in sight or not; focus stays where it is.
+export function unfold(name) {
+  if (cards.isOpen(name)) return;
+  cards.open(name);
+  queueMicrotask(redraw); // panels may be drawing
 }
 
-// Brings a panel into sight, wherever it was, and focus with it.
+// Brings an area into sight, wherever it was, and focus with it.
 export function reveal(name) {
-  if (!isShown(name)) keep([...shown(), name]);
-  const panel = $(`panel-${name}`);
-  panel.scrollIntoView({ block: "start" });
-  panel.querySelector("h2").focus({ preventScroll: true });
+  cards.open(name);
+  if (!kept.shown().includes(name)) kept.change({ shown: [...kept.shown(), name] });
+  redraw();
+  focus(areas.find((area) => area.name === name));
+}
+
+function focus(area) {
+  if (!isAt(area, "scene")) area.panel.scrollIntoView({ block: "start" });
+  area.panel.querySelector("h2").focus({ preventScroll: true });
 }
 
 function conceal(name) {
-  keep(shown().filter((one) => one !== name));
+  kept.change({ shown: kept.shown().filter((one) => one !== name) });
+  redraw();
   $(`area-${name}`).focus();
 }
 
 function next() {
-  const inSight = panels().filter((panel) => !panel.hidden);
+  const inSight = [...document.querySelectorAll(".panel:not([hidden])")];
   const at = inSight.findIndex((panel) => panel.contains(document.activeElement));
-  if (inSight.length) reveal(nameOf(inSight[(at + 1) % inSight.length]));
+  if (inSight.length) focus(areas.find(({ panel }) => panel === inSight[(at + 1) % inSight.length]));
+}
+
+// What comes next is done by that button: where the layout follows, the card that holds it opens.
+export function goWithJob(button) {
+  const area = areas.find(({ panel }) => panel.contains($(button)));
+  if (!area || area.panel.hidden || !cards.goWithJob(button, area.name, isInHand)) return;
+  queueMicrotask(() => { // not while panels draw
+    redraw();
+    if (!$("side").matches(":hover")) bringIn(area.panel);
+  });
+}
+
+// Scrolls the side alone, so far that a panel in it begins in sight.
+function bringIn(panel) {
+  const [side, box] = [$("side"), panel.getBoundingClientRect()];
+  const { top, bottom } = side.getBoundingClientRect();
+  if (side.contains(panel) && (box.top < top || box.bottom > bottom)) side.scrollTop += box.top - top;
+}
+
+function isInHand(name) {
+  const { panel } = areas.find((area) => area.name === name);
+  return panel.matches(":hover") || panel.contains(document.activeElement);
+}
+
+function redraw() {
+  draw();
+  changed(); // panels that were out of sight draw what they hold
 }
 
 function draw() {
-  $("layout").value = kept.chosen;
-  for (const panel of panels()) {
-    panel.hidden = !isShown(nameOf(panel));
-    $(`area-${nameOf(panel)}`).setAttribute("aria-expanded", String(!panel.hidden));
+  $("layout").value = document.body.dataset.layout = kept.chosen();
+  const focused = document.activeElement;
+  for (const area of areas) drawArea(area);
+  if (focused instanceof HTMLElement && focused !== document.activeElement) focused.focus({ preventScroll: true }); // what is put elsewhere loses it
+  for (const place of ["side", "dock"]) $(place).hidden = !areas.some((area) => !area.panel.hidden && isAt(area, place));
+  const numbers = areas.flatMap(({ panel }) => (panel.hidden ? [] : [...panel.querySelectorAll("h2 > span")]));
+  numbers.forEach((number, i) => { number.textContent = String(i + 1); });
+  drawStates();
+}
+
+function drawArea(area) {
+  const { name, title, panel, tools } = area;
+  const isOpen = cards.isOpen(name);
+  const floating = isAt(area, "scene");
+  panel.hidden = !kept.shown().includes(name);
+  settle(area);
+  panel.classList.toggle("closed", !isOpen);
+  panel.classList.toggle("afloat", floating);
+  $(`area-${name}`).setAttribute("aria-expanded", String(!panel.hidden));
+  const told = isOpen ? texts.close(title) : texts.open(title);
+  Object.assign(tools.fold, { textContent: isOpen ? "▾" : "▸", title: told, ariaLabel: told });
+  tools.fold.setAttribute("aria-expanded", String(isOpen));
+  tools.float.setAttribute("aria-pressed", String(floating));
+  tools.dock.setAttribute("aria-pressed", String(isAt(area, "dock")));
+  tools.grip.hidden = !floating;
+  if (floating && !panel.hidden) floats.draw(panel, kept.placed()[name]);
+  else panel.removeAttribute("style");
+}
+
+// Where it belongs, in the page's order.
+function settle(area) {
+  const place = placeOf(area) === "scene" ? floats.scene() : $(placeOf(area));
+  if (area.panel.parentElement === place) return;
+  const after = areas.slice(areas.indexOf(area) + 1).find(({ panel }) => panel.parentElement === place);
+  place.insertBefore(area.panel, after?.panel ?? null);
+}
+
+function drawStates() {
+  for (const { name, panel } of areas) {
+    const state = /** @type {HTMLElement} */ (panel.querySelector(":scope > .state"));
+    const text = floats.isMoved(name) ? texts.moving : cards.isOpen(name) ? "" : stateOf(name);
+    state.hidden = !text;
+    if (state.textContent !== text) state.textContent = text;
   }
-  $("side").hidden = panels().every((panel) => panel.hidden || !$("side").contains(panel));
-  $("dock").hidden = panels().every((panel) => panel.hidden || !$("dock").contains(panel));
 }

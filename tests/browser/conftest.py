@@ -12,6 +12,7 @@ from benchmarks.console.page import DRAWING, launched
 from tests.browser.pictures import OUTPUTS
 from tests.support.browsers import Browsers, kill_browsers
 from tests.support.drawing import Drawing
+from tests.support.page_steps import STEPS, lay_out
 from tests.support.server import Running, running_server
 from tests.support.waiting import BOUND, else_after, until
 
@@ -78,10 +79,18 @@ def served(tmp_path: Path, scene: bool, physics: bool) -> Iterator[Running]:
         yield running
 
 
+@pytest.fixture
+def layout() -> str | None:
+    """The layout that the page begins in: most tests are about single steps. None: as it is delivered."""
+    return STEPS
+
+
 @contextmanager
-def opened(chromium: Browser, served: Running, query: str) -> Iterator[Page]:
+def opened(chromium: Browser, served: Running, query: str, layout: str | None = STEPS) -> Iterator[Page]:
     """The operator's page of the rock-step sample; a script error or a failed request that nobody expected fails."""
     context = chromium.new_context(viewport={"width": 1280, "height": 720}, accept_downloads=True)
+    if layout:
+        lay_out(context, layout)
     page = context.new_page()
     faults: list[str] = []
     page.on("pageerror", lambda error: faults.append(str(error)))
@@ -95,9 +104,9 @@ def opened(chromium: Browser, served: Running, query: str) -> Iterator[Page]:
 
 
 @pytest.fixture
-def page(chromium: Browser, served: Running, scene: bool) -> Iterator[Page]:
+def page(chromium: Browser, served: Running, scene: bool, layout: str | None) -> Iterator[Page]:
     """The page of a session with a rover; its scene is drawn where the test is marked so."""
-    with opened(chromium, served, "fixedDpr=0.5" if scene else "scene=off") as page:
+    with opened(chromium, served, "fixedDpr=0.5" if scene else "scene=off", layout) as page:
         yield page
 
 
@@ -109,9 +118,9 @@ def quiet(tmp_path: Path) -> Iterator[Running]:
 
 
 @pytest.fixture
-def console(chromium: Browser, quiet: Running) -> Iterator[Page]:
+def console(chromium: Browser, quiet: Running, layout: str | None) -> Iterator[Page]:
     """The page of a session without a rover, its scene switched off."""
-    with opened(chromium, quiet, "scene=off") as page:
+    with opened(chromium, quiet, "scene=off", layout) as page:
         expect(page.locator("#timeline-text")).to_contain_text("Latest")
         yield page
 

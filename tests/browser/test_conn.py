@@ -9,7 +9,7 @@ from playwright.sync_api import Browser, Locator, Page, expect
 from footfall.sequence.commands import Command
 from footfall.sequence.edit import Edit
 from footfall.session.registry import Sessions
-from tests.support.page_steps import held, keep_pressed, planned
+from tests.support.page_steps import held, keep_pressed, lay_out, planned
 from tests.support.server import Running, running_server
 from tests.support.waiting import until
 
@@ -37,6 +37,7 @@ def pages(chromium: Browser, plain: Running) -> Iterator[tuple[Page, Page]]:
     faults: list[str] = []
     opened = []
     for context in contexts:
+        lay_out(context)
         page = context.new_page()
         page.on("pageerror", lambda error: faults.append(str(error)))
         page.goto(f"{plain.url}/?scene=off")

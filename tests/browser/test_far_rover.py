@@ -12,6 +12,7 @@ from websockets.typing import Subprotocol
 from footfall.session.rover.light_time import LightTime
 from footfall.telemetry.link import HelloMessage, encode, message_object
 from tests.support.frames import moving_frames
+from tests.support.page_steps import lay_out
 from tests.support.server import Running, running_server
 
 
@@ -25,6 +26,7 @@ def plain(tmp_path: Path) -> Iterator[Running]:
 @pytest.fixture
 def page(chromium: Browser, plain: Running) -> Iterator[Page]:
     context = chromium.new_context(viewport={"width": 1280, "height": 720})
+    lay_out(context)
     made = context.new_page()
     made.goto(plain.url)
     made.get_by_text("Far away", exact=True).wait_for()

@@ -29,7 +29,7 @@ def test_a_gait_is_compared_with_the_walk(console: Page, quiet: Running, look: K
     dem = wavy(half=4.0)
     live.terrains.load(dem, "made for the test")
     live.stances.set(stand(live.robot, dem))
-    console.locator("#panel-walk > summary").first.click()
+    console.locator("#area-goal").click()
     console.locator("#walk-x").fill("0.4")
     console.locator("#walk-y").fill("0.1")
     console.locator("#walk-gait").select_option("tripod")

@@ -8,7 +8,7 @@ import pytest
 from playwright.sync_api import Browser, Page, Route, expect
 
 from tests.browser.test_console_access import violations
-from tests.support.page_steps import as_shown, held, press
+from tests.support.page_steps import as_shown, held, lay_out, press
 from tests.support.server import Running
 from tests.support.waiting import until
 
@@ -28,6 +28,7 @@ def place(quiet: Running) -> tuple[float, float]:
 def other(chromium: Browser, quiet: Running) -> Iterator[Page]:
     """A second page on the same session."""
     context = chromium.new_context(viewport={"width": 1280, "height": 720})
+    lay_out(context)
     page = context.new_page()
     page.goto(f"{quiet.url}/?scene=off")
     expect(page.locator("#timeline-text")).to_contain_text("Latest")

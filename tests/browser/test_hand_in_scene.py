@@ -11,7 +11,7 @@ from playwright.sync_api import Browser, FloatRect, Page, expect
 
 from footfall.core.frames import rotation_from_quat_wxyz
 from tests.support.drawing import Drawing
-from tests.support.page_steps import held
+from tests.support.page_steps import held, lay_out
 from tests.support.server import Running, running_server
 from tests.support.waiting import until
 
@@ -30,6 +30,7 @@ def drawn(tmp_path: Path, drawing: Drawing) -> Iterator[tuple[Running, viser.Vis
 @pytest.fixture
 def page(chromium: Browser, drawn: tuple[Running, viser.ViserServer]) -> Iterator[Page]:
     context = chromium.new_context(viewport={"width": 1280, "height": 720})
+    lay_out(context)
     page = context.new_page()
     faults: list[str] = []
     page.on("pageerror", lambda error: faults.append(str(error)))

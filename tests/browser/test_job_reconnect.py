@@ -6,7 +6,7 @@ from pathlib import Path
 from playwright.sync_api import Browser, Page, expect
 
 from tests.browser.pictures import OUTPUTS
-from tests.support.page_steps import held
+from tests.support.page_steps import held, lay_out
 from tests.support.server import running_server
 from tests.support.waiting import until
 
@@ -24,6 +24,7 @@ def shown(page: Page) -> dict[str, str]:
 
 def test_the_page_goes_on_without_reload_when_its_server_is_back(chromium: Browser, tmp_path: Path) -> None:
     context = chromium.new_context(viewport={"width": 1280, "height": 720})
+    lay_out(context)
     page = context.new_page()
     faults: list[str] = []
     page.on("pageerror", lambda error: faults.append(str(error)))

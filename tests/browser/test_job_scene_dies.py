@@ -7,7 +7,7 @@ import pytest
 from playwright.sync_api import Browser, Page, expect
 
 from tests.support.drawing import Drawing, drawn
-from tests.support.page_steps import held, press
+from tests.support.page_steps import held, lay_out, press
 from tests.support.server import Running
 from tests.support.waiting import until
 
@@ -18,6 +18,7 @@ pytestmark = pytest.mark.scene
 def page(chromium: Browser, drawing: Drawing, served: Running) -> Iterator[Page]:
     """The operator's page with its scene; that requests for the scene fail is what the tests are about."""
     context = chromium.new_context(viewport={"width": 1280, "height": 720})
+    lay_out(context)
     page = context.new_page()
     faults: list[str] = []
     page.on("pageerror", lambda error: faults.append(str(error)))

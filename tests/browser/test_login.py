@@ -9,6 +9,7 @@ from playwright.sync_api import expect
 from footfall.io.account_store import FILE
 from footfall.session.access.accounts import Accounts
 from footfall.session.access.identity import Identity, Role
+from tests.support.page_steps import lay_out
 from tests.support.server import Running, running_server
 
 BOSS = Identity("boss", Role.ADMIN, "command line")
@@ -35,6 +36,7 @@ def fresh(chromium):
     context = chromium.new_context(viewport={"width": 1280, "height": 800})
     made = context.new_page()
     made.add_init_script(TELL)
+    lay_out(made)
     yield made
     context.close()
 

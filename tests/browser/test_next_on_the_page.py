@@ -57,7 +57,7 @@ def test_by_keyboard_alone_up_to_the_goal(page: Page, served: Running) -> None:
 
 
 def test_what_was_refused_is_in_sight_with_its_reason(console: Page, quiet: Running, look: Keep) -> None:
-    console.locator("#panel-walk > summary").click()
+    console.locator("#area-goal").click()
     console.locator("#walk-x").fill("900")
     console.locator("#walk-y").fill("0")
     button = console.locator("#next-act")

@@ -334,7 +334,7 @@ COVERED = """() => {
 def test_nothing_over_the_scene_covers_anything_else_there(console: Page, width: int, height: int) -> None:
     console.set_viewport_size({"width": width, "height": height})
     expect(console.locator("#scrub-time")).to_be_visible()
-    for layout in ("plan a step", "execute", "review"):
+    for layout in ("walk", "plan a step", "execute", "review"):
         console.locator("#layout").select_option(layout)
         seen = console.evaluate(COVERED)
         assert seen["shown"] >= 4

@@ -13,7 +13,7 @@ from playwright.sync_api import Browser, Page, Route, expect
 from footfall.session.gate_notices import GateNotices
 from footfall.session.storage.sqlite_log import SqliteLog
 from footfall.telemetry.link import ErrorMessage
-from tests.support.page_steps import held, press
+from tests.support.page_steps import held, lay_out, press
 from tests.support.server import Running, running_server
 from tests.support.waiting import until
 
@@ -24,6 +24,7 @@ OUTPUTS = Path(__file__).resolve().parents[2] / "test-outputs" / "screenshots"
 def bare(chromium: Browser, quiet: Running) -> Iterator[Page]:
     """The operator's page without its scene."""
     context = chromium.new_context(viewport={"width": 1280, "height": 720})
+    lay_out(context)
     page = context.new_page()
     page.goto(quiet.url)
     page.get_by_text("Stepping over a rock", exact=True).wait_for()
@@ -224,6 +225,7 @@ def test_unknown_ground_is_neither_green_nor_red(bare: Page, quiet: Running) -> 
 def test_the_page_outlives_its_server(chromium: Browser, tmp_path: Path) -> None:
     """The server ends; stop says so; the next server holds another session, and the page shows that one."""
     context = chromium.new_context(viewport={"width": 1280, "height": 720})
+    lay_out(context)
     page = context.new_page()
     with running_server(tmp_path / "one", prepare=lambda s: s.create("before")) as first:
         page.goto(first.url)

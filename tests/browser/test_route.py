@@ -28,7 +28,7 @@ def test_a_route_is_planned_told_and_taken_in_parts(console: Page, quiet: Runnin
     dem = wavy(half=6.0)
     live.terrains.load(dem, "made for the test")
     live.stances.set(stand(live.robot, dem))
-    console.locator("#panel-walk > summary").click()
+    console.locator("#area-goal").click()
     console.locator("#walk-x").fill("3")
     console.locator("#walk-y").fill("1")
     press(console, "Plan route")

@@ -79,7 +79,7 @@ def test_a_finger_meets_what_is_used_often(tablet: Page) -> None:
 
 def test_nothing_over_the_scene_covers_anything_else_on_a_tablet(tablet: Page) -> None:
     expect(tablet.locator("#scrub-time")).to_be_visible()
-    for layout in ("plan a step", "execute", "review", "plots"):
+    for layout in ("walk", "plan a step", "execute", "review", "plots"):
         tablet.locator("#layout").select_option(layout)
         seen = tablet.evaluate(COVERED)
         assert seen["outside"] == seen["over"] == [], (layout, seen)

@@ -9,7 +9,7 @@ from tests.architecture.test_page_themes import FLOORS, themes
 from tests.browser.test_console_access import violations
 from tests.support.waiting import until
 
-SHOWN = {"7": "#panel-plan", "8": "#panel-legs", "9": "#panel-sessions"}
+SHOWN = {"6": "#panel-goal", "7": "#panel-plan", "8": "#panel-legs", "9": "#panel-sessions"}
 GROUND = "() => getComputedStyle(document.body).backgroundColor"
 CORNER = """() => {
   const canvas = document.getElementById("timeline-canvas");

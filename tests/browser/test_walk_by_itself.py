@@ -21,10 +21,10 @@ def test_it_is_begun_held_let_go_on_and_cancelled(page: Page, served: Running, l
     begin, next_act, next_hold = (page.locator(f"#{name}") for name in ("loop-begin", "next-act", "next-hold"))
     steered: list[str] = []
     page.on("request", lambda one: steered.append(one.url.rpartition("/")[2]) if "/walk-loop/" in one.url else None)
-    page.locator("#panel-loop > summary").click()
+    page.locator("#area-loop").click()
     expect(begin).to_be_disabled()
     expect(begin).to_have_attribute("title", re.compile("Set the goal of the walk first"))
-    page.locator("#panel-walk > summary").click()
+    page.locator("#area-goal").click()
     page.locator("#walk-ahead").fill("1")
     page.locator("#seed").fill("3")
     begin.click()

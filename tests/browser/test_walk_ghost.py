@@ -87,7 +87,7 @@ def test_the_ghost_plays_a_whole_walk_foot_move_by_foot_move(console: Page, quie
 def test_what_smoothing_changed_is_told(console: Page, quiet: Running, look: Keep) -> None:
     made = walked(quiet)
     before, after = made["smoothed"]["before"], made["smoothed"]["after"]
-    console.locator("#panel-walk > summary").click()
+    console.locator("#area-walk").click()
     told = console.locator("#walk-smoothed")
     expect(told).to_contain_text(f"{before['foot_moves']} → {after['foot_moves']} foot moves")
     expect(told).to_contain_text(f"{before['chassis_way']:.2f} → {after['chassis_way']:.2f} m of the chassis' way")

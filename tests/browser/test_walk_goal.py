@@ -68,7 +68,7 @@ def test_a_click_on_the_ground_is_the_goal_only_while_it_is_asked_for(page: Page
 
 
 def test_what_is_typed_is_the_goal_and_another_page_s_goal_is_in_the_fields(console: Page, quiet: Running) -> None:
-    console.locator("#panel-walk > summary").click()
+    console.locator("#area-goal").click()
     console.locator("#walk-x").fill("1.25")
     console.locator("#walk-y").fill("-0.5")
     console.locator("#walk-y").press("Tab")

@@ -30,6 +30,11 @@ HURRY = 5.0
 
 
 @pytest.fixture
+def layout() -> None:
+    """As it is delivered: the one for walks."""
+
+
+@pytest.fixture
 def served(tmp_path: Path) -> Iterator[Running]:
     """The rock-step sample, open, with a rover on the link whose time runs faster."""
     folder = tmp_path / "rover"

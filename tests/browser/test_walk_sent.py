@@ -31,6 +31,11 @@ class Hand:
         self.acts += 1
 
 
+@pytest.fixture
+def layout() -> None:
+    """As it is delivered: the one for walks."""
+
+
 def at(served: Running) -> np.ndarray:
     """Where the chassis is."""
     live = served.sessions.current
@@ -44,7 +49,7 @@ def test_one_metre_is_walked_in_few_acts(page: Page, served: Running, look: Keep
     assert held(served)["terrain"]["name"].startswith("images")
     begin = at(served)
     hand = Hand(page)
-    hand.press("#panel-walk > summary")
+    hand.press("#area-goal")
     hand.fill("#walk-ahead", "1")
     hand.press("#plan-walk")
     until(lambda: held(served)["walking"], "the walk")

@@ -31,7 +31,7 @@ def test_a_walk_on_a_tether_is_asked_for_and_told(console: Page, quiet: Running,
     live.terrains.load(dem, "made for the test")
     live.stances.set(stand(live.robot, dem))
     live.maps.choose_footfall(2, -3.2, 1.9)
-    console.locator("#panel-walk > summary").first.click()
+    console.locator("#area-goal").click()
     console.locator("#walk-x").fill("0.4")
     console.locator("#walk-y").fill("0.1")
     console.locator("#walk-yaw").fill("0")
@@ -90,7 +90,7 @@ def test_a_walk_on_a_tether_is_asked_for_and_told(console: Page, quiet: Running,
 
 @pytest.mark.parametrize("missing", ["tether-length", "tether-at-z"])
 def test_nothing_is_guessed_for_a_field_that_is_empty(console: Page, quiet: Running, missing: str) -> None:
-    console.locator("#panel-walk > summary").first.click()
+    console.locator("#area-goal").click()
     for field, text in (("walk-x", "0.4"), ("walk-y", "0"), ("tether-x", "-3"), ("tether-y", "2"), ("tether-z", "2")):
         if field == "tether-x":
             console.locator("#walk-tether summary").click()

@@ -1,14 +1,27 @@
 """What the tests of the operator's page do alike: press, wait for jobs, plan, command for sag."""
 
+import json
 import re
 from collections.abc import Callable
 
-from playwright.sync_api import Page, expect
+from playwright.sync_api import BrowserContext, Page, expect
 
 from tests.support.server import Running
 from tests.support.waiting import until
 
 SESSION = "/sessions/current"
+STEPS = "plan a step"
+"""The layout for single steps; the page is delivered with another."""
+LAID_OUT = """layout => {
+  try {
+    localStorage["footfall.layout"] ??= JSON.stringify({ chosen: layout, shown: {} });
+  } catch { /* of a document that keeps nothing */ }
+}"""
+
+
+def lay_out(where: Page | BrowserContext, layout: str = STEPS) -> None:
+    """What is opened there from now on begins in that layout, as for an operator who chose it before."""
+    where.add_init_script(f"({LAID_OUT})({json.dumps(layout)})")
 
 
 def held(served: Running, path: str = SESSION):

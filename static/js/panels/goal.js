@@ -7,7 +7,7 @@ import { settled } from "../choosing.js";
 import { $, asTyped, attempt } from "../dom.js";
 import { follows } from "../following.js";
 import { heardFirst } from "../keys.js";
-import { reveal } from "../layout.js";
+import { reveal, unfold } from "../layout.js";
 import { isEscape } from "../stopkeys.js";
 import { changed, known, subscribe } from "../store.js";
 import * as shared from "../texts/shared.js";
@@ -46,10 +46,16 @@ const leave = () => change({ goal_page: "" });
 export const setGoal = (x, y) => change({ goal: [x, y], goal_page: "" });
 
 function pick() {
-  reveal("plan");
-  $("panel-walk").open = true;
+  reveal("goal");
   $("walk-form").scrollIntoView({ block: "nearest" });
   change({ goal_page: PAGE });
+}
+
+// Whether the fields of the goal can be asked for; where not, the browser points at what is missing.
+export function isFilledIn() {
+  if ($("walk-form").checkValidity()) return true;
+  reveal("goal");
+  return $("walk-form").reportValidity();
 }
 
 // Where the walk is to go, as the fields have it [x, y]; null where they don't say.
@@ -61,7 +67,7 @@ export function goalTold() {
 const takeFootfall = () => attempt(async () => {
   await settled();
   const { x, y } = known.summary.footfall;
-  $("panel-walk").open = true;
+  unfold("goal");
   write(x, y);
   await setGoal(x, y);
 });

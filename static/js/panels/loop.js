@@ -6,6 +6,7 @@ import { once, post } from "../api.js";
 import { settled } from "../choosing.js";
 import { $, attempt, element } from "../dom.js";
 import { events, subscribeToEvents, when } from "../events.js";
+import { reveal, unfold } from "../layout.js";
 import { known, subscribe } from "../store.js";
 import { refresh } from "../stream.js";
 import * as shared from "../texts/shared.js";
@@ -53,7 +54,8 @@ function notBegun() {
 
 const begin = () => attempt(async () => {
   await settled();
-  $("panel-loop").open = true;
+  unfold("loop");
+  if (!$("loop-form").checkValidity()) reveal("loop");
   if (!$("loop-form").reportValidity()) return;
   const limits = Object.fromEntries(LIMITS.map((name) => [name, Number($(`loop-${name}`).value)]));
   const { seed, forbidden } = walkSettings(); // a pinned place is one of the walk that it was pinned in
@@ -80,7 +82,7 @@ function draw({ summary, frame }) {
 function openWith(loop) {
   opened = true;
   if (!loop) return;
-  $("panel-loop").open = true;
+  unfold("loop");
   for (const [name, value] of Object.entries({ ...loop.limits, farthest: loop.farthest, choose_by: loop.choose_by })) $(`loop-${name}`).value = value;
 }
 

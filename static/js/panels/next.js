@@ -3,6 +3,7 @@
 
 import { act, actOfButton, perform } from "../acts.js";
 import { $, toast } from "../dom.js";
+import { goWithJob } from "../layout.js";
 import { nextThing } from "../nextthing.js";
 import { changed, known, subscribe } from "../store.js";
 import * as commands from "../texts/commands.js";
@@ -74,6 +75,7 @@ function draw() {
   if ($("next-about").textContent !== told) Object.assign($("next-about"), { textContent: told, className: why && here.button ? "doubt" : "hint" });
   const verdict = byItself() ?? failed() ?? endTold(AWAITED) ?? VERDICTS[here.judge]?.(known) ?? ["", ""];
   if ($("verdict").textContent !== verdict[1]) Object.assign($("verdict"), { className: verdict[0], textContent: verdict[1], title: verdict[1] });
+  goWithJob(here.button);
   // who goes on by keyboard finds the next thing under the hand
   if (focused && !why && document.activeElement === document.body) $(shown).focus();
 }

@@ -5,11 +5,12 @@ import { post } from "../api.js";
 import { settled } from "../choosing.js";
 import { $, attempt, element } from "../dom.js";
 import { outOfDate } from "../fits.js";
+import { unfold } from "../layout.js";
 import { freeze } from "../stance.js";
 import { known, subscribe } from "../store.js";
 import * as shared from "../texts/shared.js";
 import * as texts from "../texts/walk.js";
-import { setGoal } from "./goal.js";
+import { isFilledIn, setGoal } from "./goal.js";
 
 const LEAST = 0.1; // parts of the way that are shorter are not asked for [m]
 
@@ -30,8 +31,8 @@ function notTaken() {
 
 const planRoute = () => attempt(async () => {
   await settled();
-  $("panel-walk").open = true;
-  if (!$("walk-form").reportValidity()) return;
+  unfold("goal");
+  if (!isFilledIn()) return;
   await freeze();
   await post("/sessions/current/routes", { goal: { x: Number($("walk-x").value), y: Number($("walk-y").value) } });
 });

@@ -2,6 +2,7 @@
 
 import { act } from "../acts.js";
 import { $, asTyped } from "../dom.js";
+import { unfold } from "../layout.js";
 import { known } from "../store.js";
 import * as texts from "../texts/walk.js";
 
@@ -37,7 +38,7 @@ const notTaken = () => (Number.isFinite(known.summary?.footfall_answer?.z) ? "" 
 function takeFootfall() {
   const { x, y, z } = known.summary.footfall_answer;
   for (const [axis, value] of [x, y, z].entries()) $(ANCHOR[axis]).value = asTyped(value);
-  $("panel-walk").open = true;
+  unfold("goal");
   $("walk-tether").open = true;
   $("tether-on").checked = true;
   demand();

@@ -6,12 +6,14 @@ import { once, post } from "../api.js";
 import { settled } from "../choosing.js";
 import { $, attempt, element } from "../dom.js";
 import { outOfDate } from "../fits.js";
+import { unfold } from "../layout.js";
 import { freeze } from "../stance.js";
 import { changed, known, subscribe } from "../store.js";
 import { checkTold } from "../texts/plan.js";
 import * as shared from "../texts/shared.js";
 import * as texts from "../texts/walk.js";
 import { sagSettings } from "./execution.js";
+import { isFilledIn } from "./goal.js";
 import { paidOut, showTether, tether } from "./tether.js";
 
 let shown = ""; // digest of the walk that is shown
@@ -39,14 +41,14 @@ function notNext() {
 }
 
 const command = (count) => attempt(async () => {
-  $("panel-walk").open = true;
+  unfold("walk");
   const { walk, next } = walking();
   const way = $("as-commanded").checked ? { as_commanded: true } : { settings: sagSettings() };
   await post(`/sessions/current/walks/${walk}/sequence`, { first: next, count, ...way }, once());
 });
 
 const again = () => attempt(async () => {
-  $("panel-walk").open = true;
+  unfold("walk");
   await post(`/sessions/current/walks/${known.summary.walk}/again`, {});
 });
 
@@ -68,9 +70,9 @@ export const walkSettings = () => ({ seed: Number($("seed").value), ...places })
 
 const planWalk = () => attempt(async () => {
   await settled();
-  $("panel-walk").open = true;
+  unfold("goal");
   showTether();
-  if (!$("walk-form").reportValidity()) return;
+  if (!isFilledIn()) return;
   const goal = goalMeant();
   const gait = $("walk-gait").value;
   if (gait && tether()) throw new Error(texts.noGaitOnTether);

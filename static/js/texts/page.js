@@ -1,4 +1,4 @@
-// The page as a whole: its acts, keys, palette and layouts, what it says of the server, the login that it runs under.
+// The page as a whole: its acts, keys and palette, what it says of the server, the login that it runs under.
 
 import { age, seconds } from "../figures.js";
 
@@ -13,14 +13,8 @@ export const noSuchAct = "No act has such a name.";
 export const against = (act, why) => `${act}: ${why}`;
 export const hold = (time) => `Hold the button for ${seconds(time)}, or choose the act in the palette (Ctrl+K).`;
 
-// -- layouts and themes ----------------------------------------------------------------------------
+// -- themes ----------------------------------------------------------------------------
 
-export const planAStep = "plan a step";
-export const hide = (title) => `Hide ${title}`;
-export const goTo = (title) => `Go to ${title}`;
-export const layout = (name) => `Layout: ${name}`;
-export const layoutAsDelivered = "Layout as delivered";
-export const nextArea = "Next work area";
 export const theme = (name) => `Theme: ${name}`;
 
 // -- server ----------------------------------------------------------------------------------------

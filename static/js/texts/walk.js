@@ -113,7 +113,7 @@ export const resumeLoop = "Go on with the walk by itself";
 export const goesOnAlready = "The walk goes on already.";
 export const notByItself = "The rover does not walk by itself.";
 export const byItselfAlready = "The rover walks by itself already.";
-export const sayGoal = "Set the goal of the walk first, in the fields above.";
+export const sayGoal = "Set the goal of the walk first, in the card Goal.";
 export const noTetherByItself = "No command drives the drum of a tether: take it off.";
 export const waitsFor = (what) => `Waits for ${what}.`;
 export const decision = (act, reason) => `${act}: ${reason}`;
@@ -138,7 +138,8 @@ export function wayTold({ action, found: isFound, foot_moves: moves, motion, ref
 
 export const byItself = "The walk by itself";
 export const clickTheGoal = "⚑ Click on the ground: the goal of the walk. {} leaves.";
-export const toGoal = "Walk to a goal in many foot moves";
+export const goalTitle = "{} Goal";
+export const title = "{} Walk";
 export const aboutGoal = "Where the chassis is to be; without a heading, whichever way it faces. Each foot move is made into commands from where the rover stands, and sent as all commands are. Their mode is that under {}.";
 export const go = "Go {} m";
 export const toward = "toward {} °";
@@ -169,7 +170,7 @@ export const setPart = "Set this goal";
 export const forget = "Forget the places";
 export const allLeft = "All that is left";
 export const fromHere = "Re-plan from here";
-export const loopTitle = "Walk to the goal by itself: look, plan, go, measure";
+export const loopTitle = "By itself";
 export const aboutLoop = "To the goal above, over ground that need not be known yet. Before each foot move it decides anew; what it sends passes the same checks as all commands. Forbidden places are heeded.";
 export const movesAtOnce = "Foot moves at once {}";
 export const aboutAtOnce = "The rover makes so many foot moves between two decisions";
