@@ -50,7 +50,7 @@ function areaOf(panel) {
     grip: floats.makeMovable(panel, name, title, redraw),
     fold: tool("fold", "", "", () => fold(area)),
     float: tool("float", "❐", texts.float(title), () => put(area, isAt(area, "scene") ? area.home : "scene")),
-    dock: tool("dock", "⤓", texts.dock(title), () => put(area, isAt(area, "dock") ? "side" : "dock")),
+    dock: tool("to-dock", "⤓", texts.dock(title), () => put(area, isAt(area, "dock") ? "side" : "dock")),
     hide: tool("hide", "–", texts.hide(title), () => conceal(name)),
   };
   area.tools.fold.setAttribute("aria-controls", panel.id);

@@ -255,7 +255,7 @@ def drag(page: Page, selector: str, by: tuple[float, float]) -> None:
 
 
 def test_an_area_docks_and_what_was_changed_is_undone(fresh: Page) -> None:
-    fresh.locator("#panel-commands .dock").click()
+    fresh.locator("#panel-commands .to-dock").click()
     expect(fresh.locator("#dock > #panel-commands")).to_be_visible()
     fresh.locator("#panel-commands .fold").click()
     expect(fresh.locator("#arm")).to_be_visible()
@@ -267,9 +267,9 @@ def test_an_area_docks_and_what_was_changed_is_undone(fresh: Page) -> None:
     fresh.reload()
     expect(fresh.locator("#dock > #panel-commands")).to_be_visible()
     find_act(fresh, "undo the latest change of the layout")
-    expect(fresh.locator("#toast")).to_contain_text("has not been changed since")
+    expect(fresh.locator("#palette-list")).to_contain_text("has not been changed since the page was loaded")
     fresh.keyboard.press("Escape")
-    fresh.locator("#panel-commands .dock").click()
+    fresh.locator("#panel-commands .to-dock").click()
     assert fresh.evaluate(IN_SIGHT) == WALK
     find_act(fresh, "undo the latest change of the layout")
     expect(fresh.locator("#dock > #panel-commands")).to_be_visible()

@@ -45,6 +45,7 @@ const command = (count) => attempt(async () => {
   const { walk, next } = walking();
   const way = $("as-commanded").checked ? { as_commanded: true } : { settings: sagSettings() };
   await post(`/sessions/current/walks/${walk}/sequence`, { first: next, count, ...way }, once());
+  unfold("commands"); // what is looked at and sent next
 });
 
 const again = () => attempt(async () => {
