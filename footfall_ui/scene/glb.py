@@ -1,4 +1,4 @@
-"""Binary glTF of triangles with a picture on them, unlit.
+"""Binary glTF of triangles with a picture on them: unlit what has a meaning, physically lit what is a thing.
 
 The scene's lights would wash out colours that mean something, and take a computer without graphics most of the time
 of a picture.
@@ -20,6 +20,8 @@ Array = NDArray[np.float64]
 
 SHORT = 0xFFFF
 """Numbers below it fit in sixteen bits; WebGL keeps it for itself among indices."""
+NEAREST = 9728
+"""glTF's number for the texel that is nearest, unmixed."""
 _KINDS = {"f": 5126, "u2": 5123, "u4": 5125}
 _TYPES = {1: "SCALAR", 2: "VEC2", 3: "VEC3"}
 
@@ -33,7 +35,7 @@ class Glb:
             "asset": {"version": "2.0"},
             "scene": 0,
             "scenes": [{}],
-            "extensionsUsed": ["KHR_materials_unlit"],
+            "extensionsUsed": [],
             "bufferViews": [],
             "accessors": [],
         }
@@ -74,8 +76,7 @@ class Glb:
         """picture: (rows, cols, 3 or 4), row 0 south; the fourth is opacity. texture: what more is said of it."""
         if not primitives:
             return
-        png = io.BytesIO()
-        Image.fromarray(picture[::-1]).save(png, "PNG")  # image row 0 is the north edge
+        self._tree["extensionsUsed"].append("KHR_materials_unlit")
         material = {
             "pbrMetallicRoughness": {
                 "baseColorTexture": {"index": 0} | (texture or {}),
@@ -93,8 +94,26 @@ class Glb:
             "meshes": [{"primitives": [{"material": 0, **one} for one in primitives]}],
             "materials": [material],
             "textures": [{"source": 0}],
-            "images": [{"bufferView": self.view(png.getvalue()), "mimeType": "image/png"}],
+            "images": [self._image(picture[::-1])],  # image row 0 is the north edge
         }
+
+    def paint(self, primitive: dict[str, Any], colors: NDArray[np.uint8], surfaces: NDArray[np.uint8]) -> None:
+        """One mesh of several materials, (n, 3) for each: colors, sRGB; surfaces, 0, how rough, how much a metal."""
+        pictures = {"baseColorTexture": {"index": 0}, "metallicRoughnessTexture": {"index": 1}}
+        self._tree |= {
+            "scenes": [{"nodes": [0]}],
+            "nodes": [{"mesh": 0}],
+            "meshes": [{"primitives": [{"material": 0, **primitive}]}],
+            "materials": [{"pbrMetallicRoughness": pictures, "doubleSided": True}],
+            "samplers": [{"magFilter": NEAREST, "minFilter": NEAREST}],
+            "textures": [{"source": 0, "sampler": 0}, {"source": 1, "sampler": 0}],
+            "images": [self._image(colors[None]), self._image(surfaces[None])],
+        }
+
+    def _image(self, picture: NDArray[np.uint8]) -> dict[str, Any]:
+        png = io.BytesIO()
+        Image.fromarray(picture).save(png, "PNG")
+        return {"bufferView": self.view(png.getvalue()), "mimeType": "image/png"}
 
     def encoded(self) -> bytes:
         """The whole file."""

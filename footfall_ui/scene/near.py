@@ -5,6 +5,9 @@ from numpy.typing import NDArray
 
 Array = NDArray[np.float64]
 
+HERE = (0.0, 0.0, 0.0)
+"""Position of points that are in the frame of what carries them, as a rover's are in that of its base."""
+
 
 def near(points: Array) -> tuple[Array, tuple[float, float, float]]:
     """Points (…, 3) about their middle, and that middle: the position of what is drawn, kept in sixteen digits."""

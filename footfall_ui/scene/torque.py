@@ -7,11 +7,14 @@ import viser
 from numpy.typing import NDArray
 
 from footfall.core.frames import apply
+from footfall.core.mesh import Mesh
 from footfall.robot.description import JOINTS, link_name
 from footfall.robot.kinematics import link_poses
 from footfall.robot.model import Robot
+from footfall.robot.rounded import turned
 from footfall.telemetry.state import RobotState
 from footfall_ui.scene.drawn import Drawn
+from footfall_ui.scene.near import HERE
 
 LABELLED_FROM = 0.7
 """Share of its torque limit from which on the worst joint has a label."""
@@ -23,6 +26,10 @@ SIGNS = {"good": "", "warn": "▲ ", "over": "✕ over: "}
 NEAR = 0.005
 """A label that moves by less stays where it is [m]."""
 LABEL = "/torque/worst"
+RINGS, SIDES = 8, 16
+"""Of a ball."""
+BALL_LEVELS = ((6.0, 0.3),)
+"""From that distance of the camera on [m], that share of a ball's triangles is drawn."""
 
 
 def torque_shares(robot: Robot, state: RobotState) -> NDArray[np.float64]:
@@ -59,33 +66,62 @@ def worst_joint(robot: Robot, state: RobotState) -> WorstJoint | None:
     return WorstJoint(text, apply(state.T_site_base, place))
 
 
+def ball(radius: float) -> Mesh:
+    """About the origin [m]."""
+    up = np.linspace(-np.pi / 2, np.pi / 2, RINGS + 2)[1:-1]
+    return turned(radius * np.column_stack([np.sin(up), np.cos(up)]), 2, SIDES)
+
+
 class TorqueDrawing:
-    """Balls on the links of a drawn rover, which carries them along; they go with it."""
+    """Balls at the joints of a drawn rover, a batch of them for each level; they go with it."""
 
     def __init__(self, server: viser.ViserServer | viser.ClientHandle, robot: Robot, name: str = "rover") -> None:
-        self._server, self._robot = server, robot
-        self._balls = [f"/{name}/{link_name(leg, part)}/torque" for leg in robot.legs for part, _ in JOINTS]
+        self._server, self._robot, self._root = server, robot, f"/{name}/torques"
         self._drawn = Drawn(server)
-        self._levels: dict[str, str] = {}
+        self._batches: dict[str, viser.BatchedMeshHandle] = {}
         self._told: WorstJoint | None = None
 
     def show(self, state: RobotState) -> None:
-        for ball, share in zip(self._balls, torque_shares(self._robot, state), strict=True):
-            found = level(float(share))
-            if self._levels.get(ball) != found:
-                color, radius = LEVELS[found]
-                self._drawn.add(
-                    self._server.scene.add_icosphere, ball, radius, color, subdivisions=2, cast_shadow=False
-                )
-                self._levels[ball] = found
+        poses = link_poses(self._robot, state.posture)
+        joints = [poses[link_name(leg, part)][:3, 3] for leg in self._robot.legs for part, _ in JOINTS]
+        levels = [level(float(share)) for share in torque_shares(self._robot, state)]
+        with self._server.atomic():
+            for name in LEVELS:
+                self._put(name, np.array([at for at, found in zip(joints, levels, strict=True) if found == name]))
         worst = worst_joint(self._robot, state)
         if worst is None:
             self._told = None
         elif not worst.is_like(self._told):
             self._drawn.add(self._server.scene.add_label, LABEL, worst.text, position=worst.point)
             self._told = worst
-        self._drawn.only([*self._balls, *([] if worst is None else [LABEL])])
+        shown = [f"{self._root}/{name}" for name in LEVELS if name in levels]
+        self._batches = {name: one for name, one in self._batches.items() if name in levels}
+        self._drawn.only([*shown, *([] if worst is None else [LABEL])])
+
+    def _put(self, name: str, places: NDArray[np.float64]) -> None:
+        """All balls of a level, (n, 3), base frame [m]; a batch of another size is made anew."""
+        if not len(places):
+            return
+        batch = self._batches.get(name)
+        if batch is not None and len(batch.batched_positions) == len(places):
+            batch.batched_positions = places.astype(np.float32)
+            return
+        color, radius = LEVELS[name]
+        mesh = ball(radius)
+        self._batches[name] = self._drawn.add(
+            self._server.scene.add_batched_meshes_simple,
+            f"{self._root}/{name}",
+            mesh.vertices.astype(np.float32),
+            mesh.triangles.astype(np.uint32),
+            np.tile([1.0, 0.0, 0.0, 0.0], (len(places), 1)),
+            places,
+            position=HERE,
+            batched_colors=color,
+            lod=BALL_LEVELS,
+            cast_shadow=False,
+            receive_shadow=False,
+        )
 
     def hide(self) -> None:
-        self._levels, self._told = {}, None
+        self._batches, self._told = {}, None
         self._drawn.clear()

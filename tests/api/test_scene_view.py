@@ -77,7 +77,7 @@ def settle(scene):
 def test_each_switch_shows_its_thing(viewed, ground):
     live, there, _, _ = viewed
     things = {
-        "torques": ["/torque/worst", "/rover/leg2_knee_pitch/torque"],
+        "torques": ["/torque/worst", "/rover/torques/good"],
         "forces": ["/forces/arrows", "/forces/text"],
         "support": ["/support/plain", "/support/conservative", "/support/com", "/support/margin"],
         "region": ["/support/friction"],
@@ -182,7 +182,7 @@ def test_telemetry_without_motion_draws_nothing_anew(viewed, state, rng):
     live.rover.take_telemetry(TelemetryFrame(1, state, state.posture))
     assert there("/support/margin")
     until(lambda: live.rover.frame is not None, "telemetry")
-    names = ("/support/plain", "/support/margin", "/forces/arrows", "/rover/leg2_knee_pitch/torque", "/torque/worst")
+    names = ("/support/plain", "/support/margin", "/forces/arrows", "/rover/torques/good", "/torque/worst")
     assert all(there(name) for name in names)
     settle(scene)
     before = [server.scene.get_handle_by_name(name) for name in names]

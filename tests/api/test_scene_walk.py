@@ -166,11 +166,11 @@ def test_a_gait_that_fails_stands_in_red_until_a_walk_is_planned(tmp_path, monke
 
         live.walks.plan_gait(walk.goal).finish()
         assert there("/failing-text")
-        assert there("/failing/base/deck")
-        mesh, frame = (server.scene.get_handle_by_name(name) for name in ("/failing/base/deck", "/failing"))
-        assert isinstance(mesh, viser.MeshHandle)
+        assert there("/failing/base")
+        mesh, frame = (server.scene.get_handle_by_name(name) for name in ("/failing/base", "/failing"))
+        assert isinstance(mesh, viser.BatchedMeshHandle)
         assert isinstance(frame, viser.FrameHandle)
-        assert tuple(mesh.color) == COLOR
+        assert tuple(np.asarray(mesh.batched_colors)) == COLOR
         np.testing.assert_allclose(frame.position, T[:3, 3], atol=1e-6)
         live.walks.plan(walk.goal).finish()
         assert there("/failing-text", shown=False)

@@ -1,41 +1,63 @@
-"""What the rover looks like: rounded parts in the tones of their materials, made of the same description as its shapes.
+"""What the rover looks like: rounded parts of several materials, made of the same description as its shapes.
 
 For pictures alone. Every part lies inside the mesh that collisions are checked with, so that the picture never shows
-more room taken than is checked, nor a part where the check has none; and it reaches that mesh's sides.
+more room taken than is checked, nor a part where the check has none; and no point of that mesh is farther than
+FARTHEST from the parts, a wheel in its fork counted with it.
 """
 
 from dataclasses import dataclass
 from functools import lru_cache
 
 import numpy as np
-from numpy.typing import ArrayLike, NDArray
+from numpy.typing import NDArray
 
 from footfall.core.mesh import Mesh
 from footfall.robot import shapes
 from footfall.robot.description import JOINTS, RobotDescription
+from footfall.robot.rounded import beam, drum, looped, ring, skinned, turned
 
 Array = NDArray[np.float64]
 
-DECK, BEAM, MOTOR, TYRE, MARK = "deck", "beam", "motor", "tyre", "mark"
-"""Materials: painted deck, bare metal, dark housings, tyre, the arrow that points forward."""
-CHAMFER = 0.3
-"""Of the edges of a beam, share of its thickness; the same at its ends."""
-SLIM = 0.7
+PAINT, METAL, DARK, RUBBER, FOIL, MARK = "paint", "metal", "dark", "rubber", "foil", "mark"
+"""Materials: white painted aluminium, bare metal, dark housings of drives, tyre, gold foil, the arrow that points
+forward."""
+FARTHEST = 0.1
+"""Of a shape's surface from the parts that are drawn of it [m]."""
+ROUND, ROUNDEST = 0.25, 0.05
+"""Radius of a beam's edges: share of its thickness, and at most [m]."""
+SLIM = 0.72
 """Width of a beam beside that of its shape, where a housing is as wide."""
-LUGS, SIDES = 18, 72
+TAPER = 0.75
+"""Thickness of a beam at its far end beside that at its near one, where a housing is at its near end."""
+LONG = 2.0
+"""A beam so many times as long as thick is tapered."""
+COVER = 0.006
+"""By how much the cover of a housing stands out of it [m]."""
+COLLAR = 0.12
+"""Length of the housing at the near end of a beam that turns about itself, share of the beam's."""
+LUGS, SIDES = 20, 80
 """Treads around a wheel, and corners of its outline."""
 GROOVE = 0.05
 """Depth of the grooves between the treads, share of the radius."""
-PROFILE = ((-0.44, 0.5), (-0.48, 0.8), (-0.4, 0.96), (-0.25, 1.0), (0.25, 1.0), (0.4, 0.96), (0.48, 0.8), (0.44, 0.5))
-"""Of a tyre: places along the axle, share of its width; radius there, share of the wheel's."""
-HUB = 0.35
-"""Radius of the hub, share of the wheel's."""
+TYRE = (
+    (-0.42, 0.64), (-0.49, 0.74), (-0.47, 0.9), (-0.36, 0.985), (-0.02, 1.0),
+    (0.02, 1.0), (0.36, 0.985), (0.47, 0.9), (0.49, 0.74), (0.42, 0.64),
+)  # fmt: skip
+"""Across a tyre: places along the axle, share of its width; radius there, share of the wheel's."""
+TREAD = range(3, len(TYRE) - 3)
+"""Which of them have grooves."""
+RIM = ((-0.5, 0.15), (-0.49, 0.17), (-0.46, 0.18), (-0.22, 0.2), (-0.16, 0.5), (-0.36, 0.58), (-0.4, 0.6), (-0.4, 0.64))
+"""Of hub and rim in the same way, from the outer end of the hub inward."""
+SPOKES = 3
+"""Bars across a rim."""
+PLATE = 0.9
+"""Width of the plates of a fork, share of what is left beside the wheel."""
 AXES = {"x": 0, "y": 1, "z": 2}
 
 
 @dataclass(frozen=True)
 class Part:
-    """material: one of the five above. mesh: in the link's frame."""
+    """material: one of the six above. mesh: in the link's frame."""
 
     material: str
     mesh: Mesh
@@ -43,20 +65,34 @@ class Part:
 
 @lru_cache(maxsize=4)
 def display_parts(description: RobotDescription) -> dict[str, tuple[Part, ...]]:
-    """Link → its parts. A link whose shape is neither a box nor a wheel is its own shape, but for the chassis."""
-    axes = dict(JOINTS)
+    """Link → its parts, the same object for links that are built alike.
+
+    A link whose shape is neither a box nor a wheel is its own shape, but for the chassis.
+    """
+    made: dict[tuple[str, str, float], tuple[Part, ...]] = {}
     parts: dict[str, tuple[Part, ...]] = {}
     for link, mesh in description.meshes.items():
-        name = link.split("_", 1)[-1]
-        if link == "base":
-            parts[link] = _deck(mesh)
-        elif name == "wheel":
-            parts[link] = _wheel(mesh, description.wheel_radius, description.wheel_width)
-        elif name in axes and _is_box(mesh):
-            parts[link] = _limb(mesh, AXES[axes[name]])
-        else:
-            parts[link] = (Part(BEAM, mesh),)
+        leg, _, name = link.partition("_")
+        foot = description.legs[int(leg.removeprefix("leg"))].foot if name else 0.0
+        alike = (name, mesh.digest, foot)
+        if alike not in made:
+            made[alike] = _parts_of(description, name, mesh, foot)
+        parts[link] = made[alike]
     return parts
+
+
+def _parts_of(description: RobotDescription, name: str, shape: Mesh, foot: float) -> tuple[Part, ...]:
+    """name: of the part of a leg, none for the chassis; foot: from ankle to wheel [m]."""
+    axes = dict(JOINTS)
+    if not name:
+        return _deck(shape)
+    if name == "wheel":
+        return _wheel(shape, description.wheel_radius, description.wheel_width)
+    if name not in axes or not _is_box(shape):
+        return (Part(PAINT, shape),)
+    if name == JOINTS[-1][0]:
+        return _fork(shape, foot, description)
+    return _limb(shape, AXES[axes[name]])
 
 
 def _is_box(mesh: Mesh) -> bool:
@@ -65,57 +101,75 @@ def _is_box(mesh: Mesh) -> bool:
     return len(mesh.vertices) == 8 and bool(((mesh.vertices == low) | (mesh.vertices == high)).all())
 
 
+def _bounds(shape: Mesh) -> tuple[Array, Array]:
+    return shape.vertices.min(axis=0), shape.vertices.max(axis=0)
+
+
+def _edge(size: Array) -> float:
+    return min(ROUND * float(size.min()), ROUNDEST)
+
+
 def _limb(shape: Mesh, axis: int) -> tuple[Part, ...]:
-    """A beam along the longest side, and the joint's housing about its axis through the link's origin."""
-    low, high = shape.vertices.min(axis=0), shape.vertices.max(axis=0)
-    across = [i for i in range(3) if i != axis]
-    radius = float(min(np.minimum(-low, high)[across].min(), 0.5 * (high - low)[across].min()))
-    if radius <= 0:
-        return (Part(BEAM, _chamfered(low, high)),)
-    housing = _turned([(low[axis], 0.85 * radius), (low[axis] + 0.1 * radius, radius)], axis, high[axis])
-    slim = np.ones(3)
-    slim[axis] = 1.0 if np.argmax(high - low) == axis else SLIM
-    middle, half = 0.5 * (low + high), 0.5 * (high - low) * slim
-    return Part(BEAM, _chamfered(middle - half, middle + half)), Part(MOTOR, housing)
-
-
-def _chamfered(low: Array, high: Array) -> Mesh:
-    """A box between two corners (3,) with its edges along the longest side cut off, and its ends tapered."""
+    """A beam along the longest side, and the drive's housing about its axis through the link's origin."""
+    low, high = _bounds(shape)
     size = high - low
     along = int(np.argmax(size))
-    one, other = (along + 1) % 3, (along + 2) % 3
-    cut = CHAMFER * float(min(size[one], size[other]))
-    rings = []
-    for place, inset in ((low[along], cut), (low[along] + cut, 0.0), (high[along] - cut, 0.0), (high[along], cut)):
-        a, b = ((low[i] + inset / 2, high[i] - inset / 2) for i in (one, other))
-        corners = [
-            (a[0] + cut, b[0]), (a[1] - cut, b[0]), (a[1], b[0] + cut), (a[1], b[1] - cut),
-            (a[1] - cut, b[1]), (a[0] + cut, b[1]), (a[0], b[1] - cut), (a[0], b[0] + cut),
-        ]  # fmt: skip
-        ring = np.empty((len(corners), 3))
-        ring[:, along], ring[:, [one, other]] = place, corners
-        rings.append(ring)
-    return _skinned(rings)
+    across = [i for i in range(3) if i != axis]
+    radius = float(min(np.minimum(-low, high)[across].min(), 0.5 * size[across].min()))
+    if along == axis and low[axis] > 0:
+        return _collared(low, high, axis)
+    if radius <= 0:
+        return (Part(PAINT, beam(low, high, _edge(size))),)
+    housing = _housing(low[axis], high[axis], radius, axis)
+    if along == axis:
+        return housing
+    slim = np.ones(3)
+    slim[axis] = SLIM
+    middle, half = 0.5 * (low + high), 0.5 * size * slim
+    taper = TAPER if size[along] > LONG * size.min() else 1.0
+    return Part(PAINT, beam(middle - half, middle + half, _edge(size), taper)), *housing
 
 
-def _turned(begin: list[tuple[float, float]], axis: int, end: float, sides: int = 20) -> Mesh:
-    """Turned about an axis through the origin: (place along it, radius) from one end, mirrored to the other [m]."""
-    first = begin[0][0]
-    profile = begin + [(end - (place - first), radius) for place, radius in reversed(begin)]
-    return _skinned([_ring(axis, place, np.full(sides, radius)) for place, radius in profile])
+def _housing(begin: float, end: float, radius: float, axis: int) -> tuple[Part, ...]:
+    """A drive's drum from one place on its axis to another, and a bare cover on both ends."""
+    cover = min(COVER, 0.1 * (end - begin))
+    return (
+        Part(DARK, drum(begin + cover, end - cover, radius, axis)),
+        Part(METAL, drum(begin, end, 0.6 * radius, axis, edge=0.06)),
+    )
 
 
-def _ring(axis: int, place: float, radii: Array) -> Array:
-    """Points about an axis, (n, 3), the first on the next axis."""
-    angle = 2 * np.pi * np.arange(len(radii)) / len(radii)
-    ring = np.empty((len(radii), 3))
-    ring[:, axis] = place
-    ring[:, (axis + 1) % 3], ring[:, (axis + 2) % 3] = radii * np.cos(angle), radii * np.sin(angle)
-    return ring
+def _collared(low: Array, high: Array, axis: int) -> tuple[Part, ...]:
+    """A beam that turns about its own length: its drive is a collar at the near end."""
+    size = high - low
+    across = [i for i in range(3) if i != axis]
+    length = COLLAR * float(size[axis])
+    radius = float(min(np.minimum(-low, high)[across].min(), 0.5 * size[across].min()))
+    inner = low.copy()
+    inner[axis] += 0.5 * length
+    bar = Part(PAINT, beam(inner, high, _edge(size)))
+    if radius <= 0:
+        return (bar,)
+    return bar, Part(DARK, drum(low[axis], low[axis] + 2 * length, radius, axis))
+
+
+def _fork(shape: Mesh, foot: float, description: RobotDescription) -> tuple[Part, ...]:
+    """A beam that ends before the wheel, and a plate on both sides of the wheel as far as the shape goes."""
+    low, high = _bounds(shape)
+    ends, inside = foot - description.wheel_radius, 0.5 * description.wheel_width
+    beside = min(float(high[1]), -float(low[1])) - inside
+    if beside <= 0 or not low[0] < ends < high[0]:
+        return _limb(shape, 0)
+    bar, *collar = _collared(low, np.array([ends, high[1], high[2]]), 0)
+    plates = []
+    for side in (low[1], high[1] - PLATE * beside):
+        corner = np.array([ends - 0.5 * beside, side, low[2]])
+        plates.append(beam(corner, np.array([high[0], side + PLATE * beside, high[2]]), PLATE * beside))
+    return bar, *collar, Part(METAL, shapes.merged(plates))
 
 
 def _wheel(shape: Mesh, radius: float, width: float) -> tuple[Part, ...]:
-    """A tyre with rounded shoulders and treads, and a hub as wide as the wheel.
+    """A tyre with rounded shoulders and treads, and a rim with spokes whose hub is as wide as the wheel.
 
     The shape's corners are on its radius, so that the tyre is as large as the circle inside them.
     """
@@ -124,63 +178,53 @@ def _wheel(shape: Mesh, radius: float, width: float) -> tuple[Part, ...]:
     place = np.arange(SIDES) * LUGS / SIDES % 1.0
     tread = np.where(place < 0.5, 1.0, 1.0 - GROOVE)
     rings = []
-    for i, (along, share) in enumerate(PROFILE):
-        grooved = tread if 1 < i < len(PROFILE) - 2 else np.ones(SIDES)
+    for i, (along, share) in enumerate(TYRE):
+        grooved = tread if i in TREAD else np.ones(SIDES)
         # the treads of both halves are shifted against each other
-        rings.append(_ring(1, along * width, inner * share * (grooved if along < 0 else np.roll(grooved, 2))))
-    hub = _turned([(-0.5 * width, 0.8 * HUB * inner), (-0.47 * width, HUB * inner)], 1, 0.5 * width)
-    long, thick = 1.5 * inner, 0.12 * inner
-    spokes = [shapes.box((long, 0.94 * width, thick)), shapes.box((thick, 0.94 * width, long))]
-    return Part(TYRE, _skinned(rings)), Part(BEAM, shapes.merged([hub, *spokes]))
+        rings.append(ring(1, along * width, inner * share * (grooved if along < 0 else np.roll(grooved, 2))))
+    half = np.array(RIM) * (width, inner)
+    rim = turned(np.concatenate([half, half[::-1] * (-1.0, 1.0)]), 1)
+    bars = []
+    for number in range(SPOKES):
+        bar = shapes.box((1.12 * inner, 0.56 * width, 0.09 * inner))
+        turn = np.pi * number / SPOKES
+        c, s = np.cos(turn), np.sin(turn)
+        bars.append(Mesh(bar.vertices @ np.array([[c, 0.0, -s], [0.0, 1.0, 0.0], [s, 0.0, c]]), bar.triangles))
+    return Part(RUBBER, looped(rings)), Part(METAL, shapes.merged([rim, *bars]))
 
 
 def _deck(shape: Mesh) -> tuple[Part, ...]:
-    """Upright sides with a cut rim, the deck a little lower, and an arrow on it that points forward."""
-    low, high = shape.vertices.min(axis=0), shape.vertices.max(axis=0)
+    """A painted ring above and below, foil between them, the deck inside, and an arrow on it that points forward."""
+    low, high = _bounds(shape)
     middle, height = 0.5 * (low + high), high[2] - low[2]
     around = shape.vertices[np.argsort(np.arctan2(shape.vertices[:, 1] - middle[1], shape.vertices[:, 0] - middle[0]))]
     rim, foot = (around[np.isclose(around[:, 2], z)] for z in (high[2], low[2]))
     if len(rim) != len(foot) or len(rim) * 2 != len(shape.vertices):
-        return (Part(DECK, shape),)
+        return (Part(PAINT, shape),)
 
-    def ring(points: Array, share: float, z: float) -> Array:
-        inward = middle + share * (points - middle)
-        inward[:, 2] = z
-        return inward
+    def outline(share: float, up: float) -> Array:
+        """Corners at a height over the foot, so much of the way out from the middle."""
+        points = middle + share * (foot + up / height * (rim - foot) - middle)
+        points[:, 2] = low[2] + up
+        return points
 
-    sides = _skinned(
-        [
-            ring(foot, 0.97, low[2]),
-            ring(foot, 1.0, low[2] + 0.2 * height),
-            ring(rim, 1.0, high[2] - 0.2 * height),
-            ring(rim, 0.97, high[2] - 0.04),
-        ]
+    tube = 0.24 * height
+    edge = ((0.97, 0.0), (0.99, 0.06), (1.0, 0.3), (1.0, 0.7), (0.99, 0.94), (0.97, 1.0))
+    tubes = [
+        skinned([outline(share, begin + up * tube) for share, up in edge]) for begin in (0.0, height - tube - 0.012)
+    ]
+    # the upper tube is open inside: the deck lies in it
+    tubes[1] = looped(
+        [outline(share, height - tube - 0.012 + up * tube) for share, up in (*edge, (0.9, 1.0), (0.9, 0.0))]
     )
-    panel = _skinned([ring(rim, 0.9, high[2] - 0.04), ring(rim, 0.88, high[2] - 0.02)])
+    foil = skinned([outline(0.975, tube), outline(0.975, height - tube - 0.012)])
+    panel = skinned([outline(0.9, height - tube), outline(0.9, height - 0.03), outline(0.89, height - 0.02)])
     reach = high[0] - middle[0]
     arrow = [(0.62, 0.0), (0.44, 0.12), (0.44, 0.05), (0.2, 0.05), (0.2, -0.05), (0.44, -0.05), (0.44, -0.12)]
     flat = np.column_stack([middle[0] + reach * np.array(arrow), np.full(len(arrow), high[2])])
-    return Part(MOTOR, sides), Part(DECK, panel), Part(MARK, _arrow(flat))
+    return Part(PAINT, shapes.merged(tubes)), Part(FOIL, foil), Part(METAL, panel), Part(MARK, _arrow(flat))
 
 
 def _arrow(corners: Array) -> Mesh:
     """Of a triangle and a shaft, seen from above."""
     return Mesh(corners, np.array([(0, 1, 6), (2, 3, 4), (2, 4, 5)], np.int32))
-
-
-def _skinned(rings: ArrayLike) -> Mesh:
-    """Closed: quads from ring to ring (k, n, 3), counter-clockwise seen from their end, and a fan on both ends."""
-    stacked = np.asarray(rings, float)
-    count, n, _ = stacked.shape
-    triangles = []
-    for ring in range(count - 1):
-        here = ring * n + np.arange(n)
-        beside = ring * n + (np.arange(n) + 1) % n
-        triangles += [np.column_stack([here, beside, beside + n]), np.column_stack([here, beside + n, here + n])]
-    fan = np.arange(1, n - 1)
-    last = (count - 1) * n
-    triangles += [
-        np.column_stack([np.zeros_like(fan), fan + 1, fan]),
-        np.column_stack([np.full_like(fan, last), last + fan, last + fan + 1]),
-    ]
-    return Mesh(stacked.reshape(-1, 3), np.concatenate(triangles).astype(np.int32))
