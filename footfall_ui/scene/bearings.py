@@ -24,16 +24,21 @@ OVER = 0.05
 """Of letters and bar over the ground there [m]."""
 TONES = ((255, 255, 255), (120, 120, 120))
 """Of the pieces, by turns."""
+LIT = "light assumed from here"
 ROOT = "/bearings"
 _ORDINALS = {2: "2nd", 3: "3rd"}
 
 
 @dataclass(frozen=True)
 class Bearings:
-    """texts: what is written where, site frame (3,) [m]. bar: pieces of the scale bar, (n, 2, 3) [m]."""
+    """texts: what is written where, site frame (3,) [m]. bar: pieces of the scale bar, (n, 2, 3) [m].
+
+    light: an arrow (3, 2, 3) [m] the way that the assumed light shines, from its text on.
+    """
 
     texts: dict[str, Array]
     bar: Array
+    light: Array
 
 
 def bearings_of(whole: Dem) -> Bearings:
@@ -53,7 +58,7 @@ def bearings_of(whole: Dem) -> Bearings:
         "S": (x, south),
         "W": (west, y),
         f"{pieces * spacing:z.0f} m{drawn}": (float(marks[-1]), south),
-        "light assumed from here": (toward, north if LIGHT[1] > 0 else south),
+        LIT: (toward, north if LIGHT[1] > 0 else south),
     }
     row, col = np.nonzero(np.isfinite(dem.heights))
     known = np.column_stack([dem.geometry.xs[col], dem.geometry.ys[row]])
@@ -63,7 +68,16 @@ def bearings_of(whole: Dem) -> Bearings:
         return np.array([*xy, dem.heights[row[nearest], col[nearest]] + OVER])
 
     ends = np.array([on_ground((float(mark), south)) for mark in marks])
-    return Bearings({text: on_ground(xy) for text, xy in places.items()}, np.stack([ends[:-1], ends[1:]], axis=1))
+    texts = {text: on_ground(xy) for text, xy in places.items()}
+    return Bearings(texts, np.stack([ends[:-1], ends[1:]], axis=1), _arrow(texts[LIT], spacing))
+
+
+def _arrow(begin: Array, length: float) -> Array:
+    """From a place on, level, the way that light shines."""
+    along = -length * np.array([LIGHT[0], LIGHT[1], 0.0]) / np.hypot(LIGHT[0], LIGHT[1])
+    aside = np.array([-along[1], along[0], 0.0])
+    tip = begin + along
+    return np.array([(begin, tip), (tip, tip - 0.3 * along + 0.15 * aside), (tip, tip - 0.3 * along - 0.15 * aside)])
 
 
 def _north(dem: Dem) -> str:
@@ -94,17 +108,21 @@ class BearingsDrawing:
             for text, point in found.texts.items():
                 names.append(f"{ROOT}/{len(names)}")
                 self._drawn.add(scene.add_label, names[-1], text, position=point, anchor="bottom-center")
-            local, middle = near(found.bar)
-            tones = np.array([TONES[i % len(TONES)] for i in range(len(local))], np.uint8)
-            names.append(f"{ROOT}/bar")
-            self._drawn.add(
-                scene.add_line_segments,
-                names[-1],
-                local,
-                np.repeat(tones[:, None], 2, axis=1),
-                thickness=6.0,
-                thickness_units="screen",
-                position=middle,
-            )
+            for name, lines, tones, thick in (
+                ("bar", found.bar, TONES, 6.0),
+                ("light", found.light, TONES[:1], 2.5),
+            ):
+                local, middle = near(lines)
+                colors = np.array([tones[i % len(tones)] for i in range(len(local))], np.uint8)
+                names.append(f"{ROOT}/{name}")
+                self._drawn.add(
+                    scene.add_line_segments,
+                    names[-1],
+                    local,
+                    np.repeat(colors[:, None], 2, axis=1),
+                    thickness=thick,
+                    thickness_units="screen",
+                    position=middle,
+                )
         self._drawn.only(names)
         self._of = digest

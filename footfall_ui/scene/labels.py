@@ -2,8 +2,9 @@
 
 Points of labels are fixed, of their eight places about the point one is chosen (E. Imhof, Positioning Names on Maps,
 1975), label after label until none is better off elsewhere (J. Christensen, J. Marks, S. Shieber, An Empirical Study
-of Algorithms for Point-Feature Label Placement, 1995, discrete gradient descent). Where pages see the same scene,
-labels are arranged for the one whose view was turned last.
+of Algorithms for Point-Feature Label Placement, 1995, discrete gradient descent). Numbers of footfalls and letters of
+the compass that would still cover something are left out until the view is nearer; their marks stay. Where pages see
+the same scene, labels are arranged for the one whose view was turned last.
 """
 
 from collections.abc import Callable, Sequence
@@ -37,6 +38,9 @@ FIRST: Anchor = "bottom-left"
 """Of a label that was not arranged yet."""
 CHARACTER, HEIGHT, GAP = 6.5, 17.0, 4.0
 """Mean width of a character, height of a label with its rim, and what is left free around it [px]."""
+YIELDING = ("/walk/", "/suggested/", "/bearings/")
+"""How names of labels begin that may be left out; an end and its reason may not."""
+STAYING = ("/walk/end",)
 SWEEPS = 4
 """So often every label may move."""
 
@@ -97,6 +101,21 @@ def arranged(points: Array, sizes: Array, now: Sequence[Anchor]) -> list[Anchor]
     return anchors
 
 
+def shown_of(placed: Array, yielding: Sequence[bool]) -> list[bool]:
+    """Which labels are shown, of their boxes (n, 4): of those that may be left out, one after the other, each that
+    covers none that is shown.
+    """
+    shown = ~np.array(yielding, bool)
+    for i in np.flatnonzero(~shown):
+        shown[i] = covered(placed[i], placed[shown]) == 0
+    return shown.tolist()
+
+
+def may_yield(name: str) -> bool:
+    """Whether a label may be left out where there is no room."""
+    return name.startswith(YIELDING) and name not in STAYING
+
+
 class Labels:
     """All labels of a scene that stand in the site by themselves."""
 
@@ -143,10 +162,14 @@ class Labels:
         seen = [(one, point) for one, point in zip(shown, points, strict=True) if np.isfinite(point).all()]
         handles, places = [one for one, _ in seen], np.array([point for _, point in seen]).reshape(-1, 2)
         now: list[Anchor] = [self._anchors.get(one.name, FIRST) for one in handles]
-        for handle, anchor in zip(handles, arranged(places, sizes_of([one.text for one in handles]), now), strict=True):
+        sizes = sizes_of([one.text for one in handles])
+        anchors = arranged(places, sizes, now)
+        seen_now = shown_of(boxes(places, sizes, anchors), [may_yield(one.name) for one in handles])
+        for handle, anchor, visible in zip(handles, anchors, seen_now, strict=True):
             self._anchors[handle.name] = anchor
             if handle.anchor != anchor:
                 handle.anchor = anchor
+            handle.visible = visible
 
 
 _of_scene: WeakKeyDictionary[viser.ViserServer | viser.ClientHandle, Labels] = WeakKeyDictionary()

@@ -44,6 +44,10 @@ ALIKE = 0.01
 """Margins that differ by less are told once [m]."""
 ARM = 0.1
 """Of the cross under the centre of mass [m]."""
+MAST = 0.9
+"""Of the margins' label over the centre of mass [m]: over the chassis, where it covers none of the outlines."""
+THREAD = (150, 155, 165)
+"""Of the line from the centre of mass to its label."""
 
 
 @dataclass(frozen=True)
@@ -114,7 +118,8 @@ def dashes(ring: Array, dash: float, gap: float) -> Array:
 
 class SupportDrawing:
     """The outlines at the mean height of the contacts, each in its pattern; a plumb line from the centre of mass, and
-    the margins. What the wheels hold is worked out again only when one of those that bear load, or the chassis, moves.
+    the margins above it. What the wheels hold is worked out again only when one of those that bear load, or the
+    chassis, moves.
     """
 
     def __init__(self, server: viser.ViserServer | viser.ClientHandle) -> None:
@@ -139,7 +144,11 @@ class SupportDrawing:
         stance = over(robot, state, self._held(robot, state, dem, balance, asked))
         cross = np.array([[[-ARM, 0, 0], [ARM, 0, 0]], [[0, -ARM, 0], [0, ARM, 0]]]) + stance.foot
         plumb = np.concatenate([cross, [[stance.com, stance.foot]]])
-        lines: dict[str, tuple[Array, tuple[int, int, int]]] = {"com": (plumb, MASS)}
+        top = stance.com + np.array([0.0, 0.0, MAST])
+        lines: dict[str, tuple[Array, tuple[int, int, int]]] = {
+            "com": (plumb, MASS),
+            "thread": (np.array([[stance.com, top]]), THREAD),
+        }
         for name, line in LINES.items():
             ring = stance.ring(name)
             if len(ring) > 1 and (region or name != "friction"):
@@ -157,7 +166,7 @@ class SupportDrawing:
                     thickness_units="screen",
                     position=middle,
                 )
-            self._drawn.add(scene.add_label, "/support/margin", stance.text, position=stance.foot)
+            self._drawn.add(scene.add_label, "/support/margin", stance.text, position=top)
             self._drawn.only([*(f"/support/{name}" for name in lines), "/support/margin"])
         self._of = state, (asked, region)
 

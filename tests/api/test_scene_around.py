@@ -19,10 +19,11 @@ from footfall.robot.kinematics import wheel_centers
 from footfall.session.access.identity import LOCAL
 from footfall.terrain.dem import Dem
 from footfall.terrain.from_arrays import from_heights
+from footfall.terrain.ground.shading import LIGHT
 from footfall.terrain.ground.surface import height_at
 from footfall_ui.scene.bearings import bearings_of
 from footfall_ui.scene.drawn import Drawn
-from footfall_ui.scene.labels import ANCHORS, Page, arranged, boxes, labels_of, sizes_of
+from footfall_ui.scene.labels import ANCHORS, Page, arranged, boxes, covered, labels_of, may_yield, shown_of, sizes_of
 from footfall_ui.scene.shadow import MARGIN, OVER, opacity, shadow_glb
 from footfall_ui.scene.sky import FADES, LEAST, MOST, SKIES, TEXELS, ball, gradient, place
 from footfall_ui.visitors import MOST_THEMES, THEMES, Visitors
@@ -128,6 +129,12 @@ def test_letters_and_bar_are_where_they_say():
     light = found.texts["light assumed from here"]
     assert light[0] < 105.0
     assert light[1] == pytest.approx(north)
+    shaft, *head = found.light
+    assert shaft[0] == pytest.approx(light)
+    assert (shaft[1] - shaft[0])[:2] @ LIGHT[:2] == pytest.approx(-np.hypot(*LIGHT[:2]))
+    for side in head:
+        assert side[0] == pytest.approx(shaft[1])
+        assert (side[1] - side[0]) @ (shaft[1] - shaft[0]) < 0
 
 
 def test_where_true_north_is_turned_the_letter_says_so():
@@ -201,6 +208,26 @@ def test_labels_never_cover_more_of_each_other_than_before_and_stay_where_they_c
     if before == 0:
         assert found == now
     assert arranged(points, sizes, found) == found or overlap(points, sizes, arranged(points, sizes, found)) < after
+
+
+@given(crowd=crowds(), seed=st.integers(0, 2**32 - 1))
+def test_labels_that_may_yield_cover_nothing_and_none_yields_without_need(crowd, seed):
+    points, sizes, now = crowd
+    yielding = np.random.default_rng(seed).random(len(points)) < 0.7
+    placed = boxes(points, sizes, now)
+    shown = np.array(shown_of(placed, yielding.tolist()), bool)
+    assert shown[~yielding].all()
+    for i in np.flatnonzero(yielding):
+        others = shown.copy()
+        others[i] = False
+        assert (covered(placed[i], placed[others]) == 0) == shown[i]
+
+
+def test_only_numbers_and_letters_yield():
+    for name in ("/walk/3", "/suggested/0", "/bearings/1"):
+        assert may_yield(name)
+    for name in ("/walk/end", "/failing-text", "/collision/text", "/support/margin", "/torque/worst", "/forces/text"):
+        assert not may_yield(name)
 
 
 @pytest.mark.parametrize("count", [2, 3, 4])
