@@ -40,6 +40,8 @@ class Thing:
     bytes: int = 0
     triangles: int = 0
     draw_calls: int = 0
+    each: int = 0
+    """Triangles of one of a batch, at its finest, as seen from nearby; 0: it is no batch."""
 
 
 @dataclass
@@ -61,6 +63,11 @@ class Heard:
             thing.bytes += len(msgspec.msgpack.encode(message)) + sum(lengths[i] for i in _arrays(message))
             if "props" in message:
                 thing.triangles, thing.draw_calls = _drawn(message["type"], message["props"], lengths)
+                thing.each = thing.triangles if "batched_positions" in message["props"] else 0
+            for told_of in (message.get("props", {}), message.get("updates", {})):
+                if thing.each and "batched_positions" in told_of:
+                    # three numbers of four bytes for each of the batch
+                    thing.triangles = thing.each * (lengths[told_of["batched_positions"]["__binary_index"]] // 12)
             if message["type"] == "SetSceneNodeVisibilityMessage":
                 (self.hidden.discard if message["visible"] else self.hidden.add)(name)
 
@@ -80,11 +87,11 @@ def _arrays(value: Any) -> list[int]:
 
 
 def _drawn(kind: str, props: dict[str, Any], lengths: tuple[int, ...]) -> tuple[int, int]:
-    """Triangles and draw calls."""
+    """Triangles and draw calls; of a batch, those of one."""
     match kind:
-        case "GlbMessage":
+        case "GlbMessage" | "BatchedGlbMessage":
             return of_glb(props["glb_data"])
-        case "MeshMessage":
+        case "MeshMessage" | "BatchedMeshesMessage":
             return lengths[props["faces"]["__binary_index"]] // 12, 1
         case "IcosphereMessage":
             return 20 * 4 ** props["subdivisions"], 1
