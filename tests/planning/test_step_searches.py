@@ -125,7 +125,7 @@ def test_the_wish_to_stop_passes_through_ompl(name):
 
 def test_same_seed_same_path_in_another_process():
     code = (
-        "import numpy as np;from footfall.planning.step import with_ompl\n"
+        "import numpy as np;from footfall.planning.step.search import with_ompl\n"
         "from footfall.planning.step.search.edges import Space\n"
         "f=lambda q: not (abs(q[0])<0.05 and abs(q[1])>0.1)\n"
         "s=Space(-np.ones(2),np.ones(2),f);a,b=np.array([-.6,-.6]),np.array([.6,-.6])\n"
