@@ -38,6 +38,17 @@ def test_a_walk_is_ordered_and_read(standing):
     assert again["digest"] == made["digest"]
 
 
+def test_all_along_a_walk_is_told_what_is_to_spare_and_how_old_its_ground_is(standing):
+    made = result(standing, finished(standing, standing.post(WALKS, json={"goal": NEAR, "settings": {"seed": 2}})))
+    told = standing.get(f"{WALKS}/{made['digest']}/along").json()
+    assert told == standing.get(f"{WALKS}/current/along").json()
+    plan, parts = made["plan"], told["parts"]
+    assert (parts[0]["first"], parts[-1]["last"]) == (0, len(plan["waypoints"]) - 1)
+    assert all(part["between"] and 0.0 <= part["spare"] <= 0.2 for part in parts)
+    assert told["seen_before"] == [0.0] * len(plan["legs"])
+    problem(standing.get(f"{WALKS}/{plan['provenance']['parents']['dem']}/along"), 404, "not-found")
+
+
 def test_a_walk_on_a_tether_is_ordered_and_tells_what_its_drum_does(standing):
     order = {"goal": NEAR, "settings": {"seed": 1, "smoothing": {"rounds": 0}}, "tether": {"anchor": ANCHOR}}
     made = result(standing, finished(standing, standing.post(WALKS, json=order)))
@@ -148,6 +159,7 @@ def test_a_session_without_ground_has_no_walks(standing):
     empty = standing.post("/sessions", json={"name": "nothing yet"}).json()["id"]
     standing.post("/sessions", json={"session": before})
     problem(standing.get(f"/sessions/{empty}/walks/current"), 404, "not-found")
+    problem(standing.get(f"/sessions/{empty}/walks/current/along"), 404, "not-found")
     problem(standing.post(f"/sessions/{empty}/walks", json={"goal": NEAR}), 409, "conflict")
 
 

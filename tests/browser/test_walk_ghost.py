@@ -1,6 +1,9 @@
 """The ghost over a whole walk: every foot move told and stepped to, its worst places a press away."""
 
+import re
+import time
 from collections.abc import Callable
+from dataclasses import replace
 from typing import Any
 
 import numpy as np
@@ -11,6 +14,7 @@ from footfall.planning.body.stand import stand
 from footfall.planning.walk.problem import WalkGoal, WalkSettings
 from footfall.session.jobs.requests import WalkRequest
 from footfall.session.products.kinds import WALK
+from footfall.terrain.dem import Dem
 from tests.support.chassis_ground import wavy
 from tests.support.page_steps import SESSION, held
 from tests.support.server import Running
@@ -19,11 +23,11 @@ from tests.support.waiting import until
 Keep = Callable[[str], None]
 
 
-def walked(quiet: Running) -> dict[str, Any]:
+def walked(quiet: Running, dem: Dem | None = None) -> dict[str, Any]:
     """A walk of the session, as the interface tells it."""
     live = quiet.sessions.current
     assert live is not None
-    dem = wavy(half=4.0)
+    dem = dem or wavy(half=4.0)
     live.terrains.load(dem, "made for the test")
     live.stances.set(stand(live.robot, dem))
     live.stances.ask(WALK, WalkRequest(WalkGoal(1.5, 0.1, 0.0), WalkSettings(seed=4))).finish()
@@ -75,6 +79,19 @@ def test_the_ghost_plays_a_whole_walk_foot_move_by_foot_move(console: Page, quie
         number = int(moves[waypoint])
         expect(read).to_contain_text(f"foot move {number + 1} of" if number < len(ends) else "to its goal")
         look(name)
+    along = held(quiet, f"{SESSION}/walks/current/along")
+    nearest = min(along["parts"], key=lambda part: part["spare"])
+    button = console.locator("#strip-spare")
+    expect(button).to_have_text(f"◆ at least {nearest['spare']:.2f} m to spare")
+    said = re.compile(re.escape(nearest["between"]))
+    expect(console.locator("#strip-spare-mark")).to_have_attribute("title", said)
+    button.click()
+    shows(float(moments[nearest["waypoint"]]))
+    # nobody said when the ground that the test made was seen
+    assert along["newest"] is None
+    expect(console.locator("#strip-age")).to_have_text("◷ age of the ground not known")
+    expect(console.locator("#strip-age")).to_have_attribute("title", "age of the ground not known")
+    look("nearest")
     box = console.locator("#strip-picture").bounding_box()
     assert box is not None
     console.locator("#strip-picture").click(position={"x": 0.25 * box["width"], "y": box["height"] / 2})
@@ -116,3 +133,17 @@ def test_step_or_walk_is_played_as_chosen_until_something_newer_is_made(console:
     plays.select_option("walk")
     until(lambda: held(quiet)["played"] == made["digest"], "the walk, over its commands")
     expect(console.locator("#strip")).to_be_visible()
+
+
+def test_the_footfall_on_the_oldest_ground_is_a_press_away(console: Page, quiet: Running) -> None:
+    dem = wavy(half=4.0)
+    seen = np.where(np.arange(dem.geometry.cols) > dem.geometry.cols // 2, 0.0, -7200.0) + time.time() - 60.0
+    made = walked(quiet, replace(dem, time=np.tile(seen, (dem.geometry.rows, 1))))
+    along = held(quiet, f"{SESSION}/walks/current/along")
+    oldest = int(np.argmax(along["seen_before"]))
+    assert along["seen_before"][oldest] == pytest.approx(7200.0)
+    button = console.locator("#strip-age")
+    expect(button).to_have_text("◷ oldest ground 2 h")
+    button.click()
+    end = moments_of(made["plan"])[np.flatnonzero(np.array(made["plan"]["moves"]) == oldest).max()]
+    until(lambda: abs(held(quiet)["view"]["scrub"] - end) < 1e-9, "the ghost at that footfall")

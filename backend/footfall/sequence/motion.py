@@ -17,7 +17,7 @@ from footfall.core.frames import apply
 from footfall.maps.standing import STANDING_GAP, Contacts, contacts, wheel_gaps
 from footfall.planning.answers import No
 from footfall.planning.scene.collision_depth import in_words, worst
-from footfall.planning.scene.ground import Nearby, nearby
+from footfall.planning.scene.ground import Nearby, nearby, touch_radius
 from footfall.planning.scene.whole_body import WholeBody
 from footfall.robot.collision import CollisionScene
 from footfall.robot.kinematics import leg_wheel_pose
@@ -72,7 +72,7 @@ def check_motion(
     feet = contacts(robot, dem, start, T_site_base, legs).points
     centers = np.array([passage.T_after[:2, 3] for passage in way])
     shifted = float(np.linalg.norm(centers - way[0].T_before[:2, 3], axis=1).max())
-    ground = nearby(dem, way[0].T_before[:2, 3], reach(robot) + shifted, feet)
+    ground = nearby(dem, way[0].T_before[:2, 3], touch_radius(robot) + shifted, feet)
     if isinstance(ground, No):
         return [RuleResult("terrain-collision", moves[0], False, np.nan, "m", ground.reason)]
     body = WholeBody(robot, ground, settings.clearance) if len(of_leg) < len(moves) else None
@@ -135,18 +135,6 @@ def _leg_row(
     yield _balance(robot, row, leg, postures, T_site_base, support, settings)
     Ts_site_base = np.broadcast_to(T_site_base, (len(postures), 4, 4))
     yield torque_result(robot, row, postures, Ts_site_base, down, support, settings)
-
-
-def reach(robot: Robot) -> float:
-    """Radius about the base within which terrain can be touched [m]: every leg stretched out, and its wheel."""
-    return max(
-        float(np.linalg.norm(leg.T_base_hip[:3, 3]) + np.linalg.norm(leg.hip_offset))
-        + leg.thigh
-        + leg.shank
-        + leg.foot
-        + float(np.hypot(robot.wheel_radius, robot.description.wheel_width))
-        for leg in robot.description.legs
-    )
 
 
 def _collisions(

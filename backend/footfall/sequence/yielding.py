@@ -18,12 +18,11 @@ from footfall.planning.compliance.compliant_rover import CompliantRover, Resting
 from footfall.planning.compliance.from_telemetry import measured
 from footfall.planning.compliance.predict import STRIDE, advanced
 from footfall.planning.execution.course import FALL
-from footfall.planning.scene.ground import Nearby, nearby
+from footfall.planning.scene.ground import Nearby, nearby, touch_radius
 from footfall.robot.kinematics import wheel_centers
 from footfall.robot.limits import room_to_limits
 from footfall.robot.model import Robot
 from footfall.sequence.commands import AtRest, Command
-from footfall.sequence.motion import reach
 from footfall.sequence.predict import after, target
 from footfall.sequence.sequence_settings import SequenceSettings
 from footfall.terrain.dem import Dem
@@ -77,7 +76,7 @@ def follow(
     state = at_rest.state
     feet = contacts(robot, dem, state.posture, state.T_site_base, list(robot.legs)).points
     # the chassis goes no farther than its legs reach
-    ground = nearby(dem, state.T_site_base[:2, 3], 2 * reach(robot), feet)
+    ground = nearby(dem, state.T_site_base[:2, 3], 2 * touch_radius(robot), feet)
     whole, unseen = (dem, None) if isinstance(ground, No) else (ground.dem, ground.filled)
     rover = CompliantRover(robot, whole, settings.compliance, unseen)
     rest = measured(rover, state, at_rest.set_points, fitted)

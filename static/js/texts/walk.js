@@ -1,6 +1,6 @@
 // Walks: to a goal, by routes, gaits, on a tether, by itself; their foot moves.
 
-import { fixed, metres, newtons, percent, place, seconds, signed } from "../figures.js";
+import { age, fixed, metres, newtons, percent, place, seconds, signed } from "../figures.js";
 import { ofWalkers } from "./kinds.js";
 
 // -- goal ------------------------------------------------------------------------------------------
@@ -69,10 +69,16 @@ export const ofWalk = (number, count, leg) => `foot move ${number} of ${count}, 
 export const chassisToItsGoal = "the chassis to its goal";
 export const leastMargin = (value) => `least margin ${metres(value, 2)}`;
 export const mostTorque = (share) => `most torque ${percent(share)}`;
+export const leastSpare = (value) => (value === null ? "clearance to spare not proven" : `at least ${metres(value, 2)} to spare`);
+export const oldestGround = (since) => `oldest ground ${age(since)}`;
+export const noTimes = "age of the ground not known";
+export const workedOut = "being worked out";
 export const strip = (count, worsts) => `${count} foot moves; ${worsts.join("; ")}`;
 export const worstIn = (what, where) => `${what} in ${where}`;
 export const ghostToMargin = "Ghost to the walk's least margin";
 export const ghostToTorque = "Ghost to the walk's largest torque";
+export const ghostToSpare = "Ghost to where the walk comes nearest to ground or rover";
+export const ghostToAge = "Ghost to the walk's footfall on the oldest ground";
 export const noWalkPlayed = "The ghost plays no walk.";
 
 // -- tether ----------------------------------------------------------------------------------------

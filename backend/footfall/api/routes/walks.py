@@ -2,7 +2,7 @@
 
 from fastapi import Response
 
-from footfall.api.access import BASE, Digest, OneSession
+from footfall.api.access import BASE, Digest, OneSession, product
 from footfall.api.bodies.answers import JobAnswer
 from footfall.api.bodies.sequence_answers import SequenceAnswer
 from footfall.api.bodies.walk_schemas import FootMovesOrder
@@ -11,7 +11,10 @@ from footfall.api.lineage import head_of
 from footfall.api.routes.jobs import accepted
 from footfall.api.routes.sequences import sequence_body
 from footfall.api.routing import Routes
-from footfall.session.answers.walks import WalkingAnswer
+from footfall.planning.walk.problem import WalkResult
+from footfall.session.answers.walks import AlongWalkAnswer, WalkingAnswer
+from footfall.session.products.kinds import WALK
+from footfall.session.walk_along import along_walk
 
 router = Routes(tags=["plans"])
 
@@ -35,6 +38,16 @@ def command_foot_moves(live: OneSession, digest: Digest, order: FootMovesOrder, 
 def read_walking(live: OneSession) -> WalkingAnswer | None:
     """How far the latest walk is, and what is next; null without a walk that was found."""
     return live.walks.walking_answer()
+
+
+@router.get("/sessions/{session}/walks/{digest}/along")
+def read_along(live: OneSession, digest: Digest) -> AlongWalkAnswer:
+    """What each phase of a walk leaves to spare beyond clearances, and how old the ground under its footfalls is.
+
+    `current` names the latest walk. Of one that was not found it is told as far as it came; 409 where it came nowhere.
+    """
+    walk = live.state.newest(WALK) if digest == "current" else digest
+    return along_walk(live, walk or digest, product(live, digest, WalkResult, walk))
 
 
 @router.post("/sessions/{session}/walks/{digest}/again", status_code=202)

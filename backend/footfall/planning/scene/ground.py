@@ -101,6 +101,18 @@ def _unknown_in_disc(dem: Dem, x: float, y: float, radius: float) -> float:
     return float(np.isnan(height_at(dem, x + dx[inside], y + dy[inside])).mean())
 
 
+def touch_radius(robot: Robot) -> float:
+    """Radius about the base within which terrain can be touched [m]: every leg stretched out, and its wheel."""
+    return max(
+        float(np.linalg.norm(leg.T_base_hip[:3, 3]) + np.linalg.norm(leg.hip_offset))
+        + leg.thigh
+        + leg.shank
+        + leg.foot
+        + float(np.hypot(robot.wheel_radius, robot.description.wheel_width))
+        for leg in robot.description.legs
+    )
+
+
 def nearby(dem: Dem, center_xy: Array, radius: float, contacts: Array) -> Nearby | No:
     """The ground around a place, holes filled as terrain.unseen says.
 

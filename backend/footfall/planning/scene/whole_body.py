@@ -103,12 +103,7 @@ class WholeBody:
         Ts_base_link: (n, links, 4, 4) of :meth:`poses`.
         moving: only pairs with one of these links.
         """
-        Ts, pairs, deltas = np.ascontiguousarray(Ts_base_link), self._pairs, self._deltas
-        if moving is not None:
-            chosen = np.isin(pairs, [self._number[link] for link in moving]).any(axis=1)
-            pairs, deltas = pairs[chosen], deltas[chosen]
-        hulls = self._hulls[[body.hull for body in self._bodies]]
-        bounds, finer = own_bounds(hulls, self._points, Ts, pairs, deltas, FAR)
+        Ts, pairs, deltas, bounds, finer = self._own_bounds(Ts_base_link, moving)
 
         def exact(at: int, column: int) -> float:
             a, b = pairs[column]
@@ -138,12 +133,8 @@ class WholeBody:
         Exact below ``GROUND_FAR``. touching: legs whose wheels may touch, and sink in by ``wheel_sink``. What is under
         the ground is negative by its depth.
         """
-        bodies = [self._on_ground(link, touching) for link in links]
-        Ts = np.ascontiguousarray(Ts_site_link[:, [self._number[link] for link in links]])
-        hulls = self._hulls[[*(body.hull for body, _ in bodies), *_ON_GROUND]]
-        deltas, T_ground = np.array([delta for _, delta in bodies]), transform(translation=(0.0, 0.0, raised))
-        beside = GROUND_FAR + float(deltas.max())
-        bounds, finer, boxes = ground_bounds(hulls, self._points, Ts, deltas, raised, *self._ground, beside, GROUND_FAR)
+        bodies, Ts, hulls, bounds, finer, boxes = self._ground_bounds(Ts_site_link, links, raised, touching)
+        T_ground = transform(translation=(0.0, 0.0, raised))
         boxes = boxes[bounds.min(axis=0) < GROUND_FAR]
         if not len(boxes):
             return NearestGap(Gap(GROUND_FAR, NOTHING), 0)
@@ -168,6 +159,42 @@ class WholeBody:
         if column < 0:
             return NearestGap(Gap(spare, NOTHING), 0)
         return NearestGap(Gap(spare, f"{links[column]} and the terrain"), at)
+
+    def own_at_least(self, Ts_base_link: Array) -> NearestGap:
+        """As :meth:`own_gap`, but proven without meshes: less by what hulls are larger than these."""
+        _, pairs, _, _, finer = self._own_bounds(Ts_base_link, None)
+        at, column = (int(i) for i in np.unravel_index(int(np.argmin(finer)), finer.shape))
+        a, b = pairs[column]
+        return NearestGap(Gap(float(finer[at, column]), f"{self.links[a]} and {self.links[b]}"), at)
+
+    def ground_at_least(self, Ts_site_link: Array, links: Sequence[str]) -> NearestGap:
+        """As :meth:`ground_gap`, but proven without meshes; −inf where a link is not proven to be over the ground."""
+        *_, finer, _ = self._ground_bounds(Ts_site_link, links, 0.0, ())
+        at, column = (int(i) for i in np.unravel_index(int(np.argmin(finer)), finer.shape))
+        return NearestGap(Gap(float(finer[at, column]), f"{links[column]} and the terrain"), at)
+
+    def _own_bounds(
+        self, Ts_base_link: Array, moving: Collection[str] | None
+    ) -> tuple[Array, NDArray[np.int64], Array, Array, Array]:
+        """The poses as kernels take them, pairs and their δ, coarse and finer bounds (n, pairs)."""
+        Ts, pairs, deltas = np.ascontiguousarray(Ts_base_link), self._pairs, self._deltas
+        if moving is not None:
+            chosen = np.isin(pairs, [self._number[link] for link in moving]).any(axis=1)
+            pairs, deltas = pairs[chosen], deltas[chosen]
+        hulls = self._hulls[[body.hull for body in self._bodies]]
+        return Ts, pairs, deltas, *own_bounds(hulls, self._points, Ts, pairs, deltas, FAR)
+
+    def _ground_bounds(
+        self, Ts_site_link: Array, links: Sequence[str], raised: float, touching: Collection[int]
+    ) -> tuple[list[tuple[_Body, float]], Array, Array, Array, Array, Array]:
+        """Bodies with their δ, their poses (n, k, 4, 4), hulls, coarse and finer bounds (n, k), boxes of their ways."""
+        bodies = [self._on_ground(link, touching) for link in links]
+        Ts = np.ascontiguousarray(Ts_site_link[:, [self._number[link] for link in links]])
+        hulls = self._hulls[[*(body.hull for body, _ in bodies), *_ON_GROUND]]
+        deltas = np.array([delta for _, delta in bodies])
+        beside = GROUND_FAR + float(deltas.max())
+        found = ground_bounds(hulls, self._points, Ts, deltas, raised, *self._ground, beside, GROUND_FAR)
+        return bodies, Ts, hulls, *found
 
     def _piece(self, low: Array, high: Array) -> GroundPiece:
         """The ground in a box, (2,) each, or a little more of it; those already made serve again."""

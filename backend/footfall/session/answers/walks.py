@@ -2,6 +2,9 @@
 
 from typing import TypedDict
 
+import numpy as np
+from numpy.typing import NDArray
+
 
 class WalkingAnswer(TypedDict):
     """How far the latest walk is.
@@ -20,3 +23,30 @@ class WalkingAnswer(TypedDict):
     against: str
     text: str
     commanded: int
+
+
+class PartSpareAnswer(TypedDict):
+    """One phase of one foot move: its first and last waypoint, and what it leaves to spare beyond clearances [m].
+
+    spare: proven, at least, at most 0.2; null: nobody knows, for the reason in `between`. waypoint: where that is.
+    between: what comes nearest there.
+    """
+
+    first: int
+    last: int
+    spare: float | None
+    waypoint: int
+    between: str
+
+
+class AlongWalkAnswer(TypedDict):
+    """What there is to say all along a walk beside its margins and torques.
+
+    parts: phases of foot moves, in their order. newest: when the newest ground of its map was seen [s]; seen_before:
+    how much earlier the oldest ground under each placed foot was, one for each foot move [s].
+    """
+
+    digest: str
+    parts: list[PartSpareAnswer]
+    newest: float | None
+    seen_before: NDArray[np.float64]

@@ -11,9 +11,9 @@ from scipy.ndimage import distance_transform_edt
 
 from footfall.core.grid import GridGeometry
 from footfall.maps.layers import MapSettings, MapStack
+from footfall.planning.scene.ground import touch_radius
 from footfall.robot.kinematics import wheel_centers
 from footfall.robot.model import Robot
-from footfall.sequence.motion import reach
 from footfall.session.products.kinds import Kind, LooksAt
 from footfall.session.products.up_to_date import OtherGround
 from footfall.telemetry.state import RobotState
@@ -61,7 +61,7 @@ def _of_way(robot: Robot, value: Any) -> Array | None:
     gaps = np.linalg.norm(np.diff(places, axis=0), axis=1)
     # between two places the chassis is at most half their distance from one of them
     half = 0.5 * float(gaps.max(initial=0.0))
-    return np.column_stack([places, np.full(len(places), reach(robot) + half)])
+    return np.column_stack([places, np.full(len(places), touch_radius(robot) + half)])
 
 
 def other_ground(change: GroundChange, looked: Mask, everywhere: bool = True) -> OtherGround:
