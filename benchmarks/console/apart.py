@@ -45,10 +45,11 @@ class Apart:
 
 
 @contextmanager
-def served_apart(rover: bool = True) -> Iterator[Apart]:
-    """Serve the rock-step sample on a free port until the context ends. rover: with one, which is there."""
+def served_apart(rover: bool = True, sample: str = "rock-step") -> Iterator[Apart]:
+    """Serve a sample on a free port until the context ends. rover: with one, which is there."""
     with TemporaryDirectory(prefix="footfall-bench-") as folder:
         command = [str(Path(sys.executable).with_name("footfall")), "serve", "--port", "0", "--data", folder]
+        command += ["--sample", sample]
         command += ["--kinematic"] if rover else ["--no-sim"]
         with subprocess.Popen(command, stdout=subprocess.PIPE, text=True) as server:
             try:
