@@ -10,13 +10,13 @@ import viser
 
 from footfall.core.errors import InvalidInput
 from footfall.core.frames import apply
+from footfall.planning.between_rows import at
 from footfall.planning.legged.footfalls import footfalls
 from footfall.planning.legged.problem import LeggedPlan, LeggedResult
 from footfall.robot.legged.legged_robot import LeggedRobot
 from footfall.robot.legged.posture import placed
 from footfall.terrain.dem import Dem
 from footfall_ui.scene.crescents import CrescentDrawing
-from footfall_ui.scene.ghost import PlayedMotion, at, travelled
 from footfall_ui.scene.legged_robot import LeggedDrawing
 from footfall_ui.scene.terrain import TerrainDrawing
 from footfall_ui.scene.walk import Mark, WalkDrawing
@@ -40,8 +40,8 @@ class WalkViewer:
         """result: planned with this robot on this ground. Raises InvalidInput where there is no motion to look at."""
         plan = _motion_of(result)
         self._robot, self._plan = robot, plan
-        self._motion = PlayedMotion(None, plan.waypoints, plan.Ts_site_base)
-        along = travelled(self._motion)
+        self._motion = plan.motion
+        along = self._motion.travelled
         self._moments = along / along[-1] if along[-1] else np.zeros(len(along))
         self._footfalls = footfalls(robot, plan)
         self._lock = threading.Lock()

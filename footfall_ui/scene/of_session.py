@@ -4,13 +4,14 @@ from typing import TypeVar
 
 from footfall.core.value import Value
 from footfall.planning.gait.problem import GaitResult
+from footfall.planning.motion import Motion
 from footfall.planning.step.problem import Footfall, PlanResult
 from footfall.planning.walk.problem import WalkResult
 from footfall.session.answers.choices import FootfallAnswer
 from footfall.session.live import LiveSession
 from footfall.session.products.kinds import GAIT, WALK
 from footfall.telemetry.state import RobotState
-from footfall_ui.scene.ghost import PlayedMotion, motion_of
+from footfall_ui.scene.ghost import motion_of
 
 _V = TypeVar("_V", bound=Value)
 
@@ -30,7 +31,7 @@ def rover_state(live: LiveSession) -> RobotState | None:
     return None if live.state.state is None else read(live, live.state.state, RobotState)
 
 
-def played(live: LiveSession) -> PlayedMotion | None:
+def played(live: LiveSession) -> Motion | None:
     """What the ghost plays."""
     return None if live.review.played is None else motion_of(live.get(live.review.played))
 

@@ -6,7 +6,7 @@ import numpy as np
 import viser
 from numpy.typing import NDArray
 
-from footfall.planning.body.follow import base_path
+from footfall.planning.between_rows import base_path
 from footfall.robot.model import Robot
 from footfall.sequence.commands import Sequence
 from footfall.session.log.fold import SessionState

@@ -4,11 +4,11 @@ import numpy as np
 import viser
 
 from footfall.core.frames import apply
+from footfall.planning.between_rows import at
 from footfall.planning.execution.problem import Execution
 from footfall.robot.kinematics import wheel_centers
 from footfall.robot.model import Robot
 from footfall_ui.scene.drawn import Drawn
-from footfall_ui.scene.ghost import PlayedMotion, at
 from footfall_ui.scene.near import near
 from footfall_ui.scene.robot import RobotDrawing
 
@@ -37,7 +37,7 @@ class SagDrawing:
             return
         if self._drawing is None:
             self._drawing = RobotDrawing(self._server, robot, "sag", color=SAG, opacity=0.35)
-        self._drawing.place(*at(PlayedMotion(None, done.predicted, done.Ts_site_base), moment))
+        self._drawing.place(*at(done.motion, moment))
 
     def hide(self) -> None:
         self._of = ""

@@ -7,19 +7,21 @@ import viser
 from numpy.typing import NDArray
 
 from footfall.core.frames import quat_wxyz
+from footfall.planning.between_rows import at
+from footfall.planning.motion import Motion
 from footfall.robot.kinematics import link_poses
 from footfall.robot.model import Robot
 from footfall_ui.scene.drawn import Drawn
-from footfall_ui.scene.ghost import PlayedMotion, at
 from footfall_ui.scene.near import near
 from footfall_ui.scene.robot import GHOST, leg_links
 
 SAMPLES = 9
 
 
-def swept_poses(robot: Robot, motion: PlayedMotion, count: int = SAMPLES) -> Mapping[str, NDArray[np.float64]]:
+def swept_poses(robot: Robot, motion: Motion, count: int = SAMPLES) -> Mapping[str, NDArray[np.float64]]:
     """Ts_site_link (count, 4, 4) of every link that moves, evenly along the motion from its start to its end."""
-    links = set(robot.description.meshes) if motion.leg is None else leg_links(robot, motion.leg)
+    leg = motion.leg
+    links = set(robot.description.meshes) if leg is None else leg_links(robot, leg)
     placed = []
     for moment in np.linspace(0.0, 1.0, count):
         posture, T_site_base = at(motion, float(moment))
@@ -35,7 +37,7 @@ class SweptDrawing:
         self._drawn = Drawn(server)
         self._of = ""
 
-    def show(self, robot: Robot, motion: PlayedMotion, digest: str) -> None:
+    def show(self, robot: Robot, motion: Motion, digest: str) -> None:
         """digest: names the motion; the same one is not drawn again."""
         if self._of == digest:
             return

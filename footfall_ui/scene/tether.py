@@ -6,9 +6,10 @@ from numpy.typing import NDArray
 
 from footfall.balance.tether import Tether
 from footfall.core.frames import apply
+from footfall.planning.between_rows import at
 from footfall.planning.walk.problem import Tethered, WalkPlan
 from footfall_ui.scene.drawn import Drawn
-from footfall_ui.scene.ghost import at, motion_of
+from footfall_ui.scene.ghost import motion_of
 from footfall_ui.scene.near import near
 
 Array = NDArray[np.float64]

@@ -9,8 +9,8 @@ import footfall
 from footfall.core.errors import InvalidInput
 from footfall.core.value import flatten, unflatten
 from footfall.maps.standing import contacts
+from footfall.planning.between_rows import base_path
 from footfall.planning.body.body_shift import BodyShift, PredictedState, ShiftRefused
-from footfall.planning.body.follow import base_path
 from footfall.planning.body.shift import shifted_state
 from footfall.robot.ik import solve_leg
 from footfall.robot.kinematics import center_of_mass, link_poses, wheel_pose

@@ -19,11 +19,12 @@ from footfall.planning.gait.problem import GAITS, RIPPLE, TRIPOD, WAVE, GaitSett
 from footfall.planning.gait.rhythm import groups_of, rhythm
 from footfall.planning.gait.step import leg_lacks
 from footfall.planning.gait.way import way_to
+from footfall.planning.motion import BODY
 from footfall.planning.scene.ground import Nearby
 from footfall.planning.walk.foot_move import At
 from footfall.planning.walk.footprint import footprint
 from footfall.planning.walk.parts import parts_of
-from footfall.planning.walk.problem import BODY, SWING, WalkSettings
+from footfall.planning.walk.problem import SWING, WalkSettings
 from footfall.planning.walk.recheck.recheck_settings import RecheckSettings
 from footfall.planning.walk.recheck.stretches import MotionStretch
 from footfall.planning.walk.recheck.walk import recheck_walk

@@ -11,7 +11,8 @@ from scipy.spatial.transform import Rotation
 import footfall
 from footfall.balance.support import margins
 from footfall.core.frames import inverse
-from footfall.planning.body.follow import DRIFT, base_path
+from footfall.planning.between_rows import base_path
+from footfall.planning.body.follow import DRIFT
 from footfall.planning.scene.ground import Nearby
 from footfall.planning.scene.lift import branch_of
 from footfall.planning.scene.rover_kernel import leg_too_near_itself

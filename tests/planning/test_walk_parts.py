@@ -16,9 +16,10 @@ from footfall.planning.body.body_shift import BodyShift
 from footfall.planning.body.move import BodyMovePlan, BodyMoveSettings
 from footfall.planning.body.stand import stand
 from footfall.planning.execution.plan import plan_execution
+from footfall.planning.motion import BODY
 from footfall.planning.step.problem import StepPlan, StepSettings
 from footfall.planning.walk.parts import PLANNER, parts_of
-from footfall.planning.walk.problem import BODY, LIFT, LOWER, SWING, Stance, WalkGoal, WalkPlan, WalkSettings
+from footfall.planning.walk.problem import LIFT, LOWER, SWING, Stance, WalkGoal, WalkPlan, WalkSettings
 from tests.support.chassis_ground import wavy
 from tests.support.short_walks import SETTINGS, short_parts, short_walk
 

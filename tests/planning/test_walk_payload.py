@@ -23,13 +23,14 @@ from footfall.core.value import Provenance, flatten, unflatten
 from footfall.planning.answers import Status
 from footfall.planning.compliance.compliance_settings import ComplianceSettings
 from footfall.planning.execution.execution_settings import ExecutionSettings
+from footfall.planning.motion import BODY
 from footfall.planning.scene.ground import Nearby
 from footfall.planning.scene.rover_kernel import center_of_mass, place_rover
 from footfall.planning.scene.rover_tables import rover_tables
 from footfall.planning.walk.body_kernel import torque_of
 from footfall.planning.walk.foot_move import At
 from footfall.planning.walk.plan import plan_walk
-from footfall.planning.walk.problem import BODY, WalkGoal, WalkSettings
+from footfall.planning.walk.problem import WalkGoal, WalkSettings
 from footfall.planning.walk.recheck.recheck_settings import RecheckSettings
 from footfall.planning.walk.recheck.walk import recheck_walk
 from footfall.planning.walk.smoothing import Smoothing

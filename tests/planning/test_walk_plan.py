@@ -16,9 +16,10 @@ from footfall.core.errors import Cancelled, InvalidInput
 from footfall.core.grid import GridGeometry
 from footfall.planning import watch
 from footfall.planning.answers import Status
+from footfall.planning.motion import BODY
 from footfall.planning.step.problem import StepSettings
 from footfall.planning.walk.plan import plan_walk
-from footfall.planning.walk.problem import BODY, MOST_ATTEMPTS, Place, WalkGoal, WalkSettings, foot_moves_in_words
+from footfall.planning.walk.problem import MOST_ATTEMPTS, Place, WalkGoal, WalkSettings, foot_moves_in_words
 from footfall.planning.walk.recheck.recheck_settings import RecheckSettings
 from footfall.planning.walk.recheck.walk import recheck_walk
 from footfall.planning.walk.search import FIRST_TRIED, TRIED_A_METRE

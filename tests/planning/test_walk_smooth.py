@@ -13,12 +13,13 @@ from benchmarks.walks.terrains import TRAINING, terrain
 from footfall.core.errors import InvalidInput, NotFound
 from footfall.core.value import Provenance, flatten, unflatten
 from footfall.planning.answers import Status
+from footfall.planning.motion import BODY
 from footfall.planning.walk import plan as planning
 from footfall.planning.walk import smooth
 from footfall.planning.walk.assemble import walk_of
 from footfall.planning.walk.foot_move import At, BodyWay, Fails, Moved, body_way, foot_move
 from footfall.planning.walk.footprint import footprint, height_above_feet
-from footfall.planning.walk.problem import BODY, Stance, WalkGoal, WalkResult, WalkSettings
+from footfall.planning.walk.problem import Stance, WalkGoal, WalkResult, WalkSettings
 from footfall.planning.walk.recheck.recheck_settings import RecheckSettings
 from footfall.planning.walk.recheck.walk import recheck_walk
 from footfall.planning.walk.smooth_kernel import METRES_A_RADIAN, OFF_HEIGHT, ROOMY_MARGIN

@@ -12,7 +12,8 @@ from footfall.core.errors import InvalidInput
 from footfall.planning import watch
 from footfall.planning.answers import Status
 from footfall.planning.body.body_shift import BodyShift
-from footfall.planning.walk.problem import BODY, Place, WalkGoal, WalkResult, WalkSettings
+from footfall.planning.motion import BODY
+from footfall.planning.walk.problem import Place, WalkGoal, WalkResult, WalkSettings
 from footfall.planning.walk.smoothing import Smoothing
 from footfall.sequence.edit import Edit
 from footfall.session.jobs.product_recipes import PRODUCTS

@@ -11,13 +11,16 @@ from footfall.core.value import Provenance
 from footfall.planning.body.body_move import plan_body_move
 from footfall.planning.body.body_shift import BodyShift
 from footfall.planning.body.move import BodyMovePlan, BodyMoveSettings
+from footfall.planning.motion import BODY
 from footfall.planning.step.plan import plan_step
 from footfall.planning.step.problem import StepPlan, StepSettings
-from footfall.planning.walk.problem import BODY, Stance, WalkGoal, WalkPlan, WalkSettings
+from footfall.planning.walk.problem import Stance, WalkGoal, WalkPlan, WalkSettings
 from footfall.robot.ik import contact_point
 from footfall.robot.kinematics import leg_wheel_pose
 
 LEG = 2
+PATIENT = 3600.0
+"""Time limit of what is planned [s]: on a busy machine nothing fails by the clock."""
 SETTINGS = WalkSettings(support="ignored", least_margin=0.02, clearance=0.0, seed=7)
 
 
@@ -26,8 +29,13 @@ def short_parts(robot, dem, state, by=(0.06, 0.02)) -> tuple[BodyMovePlan, StepP
 
     A refusal fails the test with its reason.
     """
-    move = BodyMoveSettings(least_margin=SETTINGS.least_margin)
-    step = StepSettings(lift=SETTINGS.lift, raise_terrain=SETTINGS.raise_terrain, least_margin=SETTINGS.least_margin)
+    move = BodyMoveSettings(least_margin=SETTINGS.least_margin, time_limit=PATIENT)
+    step = StepSettings(
+        lift=SETTINGS.lift,
+        raise_terrain=SETTINGS.raise_terrain,
+        least_margin=SETTINGS.least_margin,
+        time_limit=PATIENT,
+    )
     first = plan_body_move(robot, dem, state, BodyShift(dx=by[0], dy=by[1], dz=-0.3), move)
     assert first.plan is not None, first.reason
     moved = replace(state, posture=first.plan.waypoints[-1], T_site_base=first.plan.Ts_site_base[-1])

@@ -14,8 +14,9 @@ from footfall.maps.standing import contacts
 from footfall.planning.body.after import state_after
 from footfall.planning.body.body_move import plan_body_move
 from footfall.planning.body.body_shift import BodyShift
+from footfall.planning.motion import BODY
 from footfall.planning.step.plan import plan_step
-from footfall.planning.walk.problem import BODY, Stance, WalkGoal, WalkPlan, WalkSettings
+from footfall.planning.walk.problem import Stance, WalkGoal, WalkPlan, WalkSettings
 from footfall.robot.kinematics import center_of_mass, wheel_pose
 from footfall.robot.model import Robot
 from footfall.telemetry.state import RobotState

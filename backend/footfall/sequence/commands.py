@@ -9,6 +9,7 @@ from numpy.typing import NDArray
 from footfall.balance.tether import Tether
 from footfall.core.errors import InvalidSequence
 from footfall.core.value import LATER, Provenance, Value, value
+from footfall.planning.motion import BODY, Motion
 from footfall.robot.description import JOINTS
 from footfall.robot.joint_layout import JointLayout, athlete_layout
 from footfall.telemetry.command_kinds import (
@@ -215,6 +216,19 @@ class Sequence(Value):
         if self.Ts_site_base is not None:
             return self.Ts_site_base
         return np.tile(self.T_site_base, (len(self.commands), 1, 1))
+
+    @property
+    def motion(self) -> Motion:
+        """What is predicted to move, row by row; while all joints are moved no foot is known to stay."""
+        stays = np.ones((len(self.commands) + 1, len(self.layout.legs)), bool)
+        for row, command in enumerate(self.commands, 1):
+            if command.kind.moves_all:
+                stays[row] = False
+            elif command.leg in range(stays.shape[1]):
+                stays[row, command.leg] = False
+        phases = (BODY, *(BODY if command.kind.moves_all else command.phase for command in self.commands))
+        poses = np.concatenate([self.T_site_base[None], self.poses])
+        return Motion(np.vstack([self.start, self.predicted]), poses, stays, phases)
 
     @property
     def tether_lengths(self) -> NDArray[np.float64] | None:

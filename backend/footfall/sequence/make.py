@@ -1,7 +1,6 @@
 """A checked plan becomes commands with durations; nothing is merged, rounded or left out."""
 
-from dataclasses import replace
-from itertools import pairwise
+from collections.abc import Iterator
 
 import numpy as np
 from numpy.typing import NDArray
@@ -10,9 +9,9 @@ from footfall.core.errors import InvalidSequence
 from footfall.core.value import Provenance
 from footfall.planning.body.move import BodyMovePlan, BodyMoveSettings
 from footfall.planning.execution.problem import BodyExecution, Execution
+from footfall.planning.motion import BODY, Motion
 from footfall.planning.step.problem import StepPlan, StepSettings
-from footfall.planning.walk.parts import parts_of
-from footfall.planning.walk.problem import Tethered, WalkPlan, WalkSettings
+from footfall.planning.walk.problem import WalkPlan, WalkSettings
 from footfall.planning.walk_execution.problem import WalkExecution
 from footfall.robot.model import Robot
 from footfall.sequence.commands import Command, Sequence, leg_move, posture_move
@@ -27,11 +26,11 @@ from footfall.terrain.dem import Dem
 
 Array = NDArray[np.float64]
 
-Part = StepPlan | BodyMovePlan
+RigidPlan = StepPlan | BodyMovePlan | WalkPlan
 
 
 def make_sequence(
-    plan: StepPlan | BodyMovePlan | WalkPlan | Execution | BodyExecution | WalkExecution,
+    plan: RigidPlan | Execution | BodyExecution | WalkExecution,
     robot: Robot,
     dem: Dem | None = None,
     settings: SequenceSettings | None = None,
@@ -49,19 +48,16 @@ def make_sequence(
     """
     if isinstance(plan, (Execution, BodyExecution, WalkExecution)):
         return sequence_of_execution(plan, robot, dem, settings)
-    parts = parts_of(plan) if isinstance(plan, WalkPlan) else (plan,)
-    if not parts:
-        raise InvalidSequence("the walk goes nowhere: the rover is where it is to be, there is nothing to command")
-    settings = settings or _with_load_of(plan, settings_of(parts[0]))
-    for part in parts:
-        _require_fit(part, robot)
-    limits = robot.speed_limits * settings.speed_fraction
-    tethered = plan.tethered if isinstance(plan, WalkPlan) else None
-    commands = tuple(command for part in parts for command in _of_part(part, limits, tethered))
-    T_site_base = plan.T_site_base if isinstance(plan, StepPlan) else plan.Ts_site_base[0]
-    # where there is no terrain to tell: of a walk all stand whenever the chassis moves
-    down = next((part.standing for part in parts if isinstance(part, BodyMovePlan)), None)
-    start = plan.waypoints[0]
+    settings = settings or settings_of(plan)
+    motion = _fitting(plan, robot)
+    commands = tuple(_commands(motion, robot.speed_limits * settings.speed_fraction))
+    tether = plan.tethered.tether if isinstance(plan, WalkPlan) and plan.tethered is not None else None
+    if tether is not None:
+        commands = slow_enough(commands, tether.lengths(motion.Ts_site_base), tether)
+    start, T_site_base = motion.waypoints[0], motion.Ts_site_base[0]
+    # where there is no terrain to tell: of a plan the same stand whenever the chassis moves
+    carrying = motion.stays[1:][[phase == BODY for phase in motion.phases[1:]]]
+    down = np.flatnonzero(carrying[0]).tolist() if len(carrying) else None
     parents = {"plan": plan.digest, "robot": robot.digest}
     if dem is not None:
         parents["dem"] = dem.digest
@@ -76,36 +72,35 @@ def make_sequence(
         provenance=Provenance(parents, settings),
         Ts_site_base=poses(way),
     )
-    return on_tether(sequence, None if tethered is None else tethered.tether)
+    return on_tether(sequence, tether)
 
 
-def _of_part(part: Part, limits: Array, tethered: Tethered | None) -> tuple[Command, ...]:
-    if isinstance(part, StepPlan):
-        return _of_step(part, limits)
-    commands = _of_body_move(part, limits)
-    if tethered is None:
-        return commands
-    return slow_enough(commands, tethered.tether.lengths(part.Ts_site_base), tethered.tether)
+def _commands(motion: Motion, limits: Array) -> Iterator[Command]:
+    """Of each row but the first."""
+    for row in range(1, len(motion.phases)):
+        before, target = motion.waypoints[row - 1 : row + 1]
+        lifted = motion.lifted(row)
+        if not lifted:
+            yield posture_move(target, needed_duration(target - before, limits), "shift")
+            continue
+        (leg,) = lifted
+        own = slice(6 * leg, 6 * leg + 6)
+        yield leg_move(leg, target[own], needed_duration(target[own] - before[own], limits[own]), motion.phases[row])
 
 
-def _of_step(plan: StepPlan, limits: Array) -> tuple[Command, ...]:
-    leg = slice(6 * plan.leg, 6 * plan.leg + 6)
-    return tuple(
-        leg_move(plan.leg, target[leg], needed_duration(target[leg] - before[leg], limits[leg]), phase)
-        for before, target, phase in zip(plan.waypoints[:-1], plan.waypoints[1:], plan.phases[1:], strict=True)
-    )
-
-
-def _of_body_move(plan: BodyMovePlan, limits: Array) -> tuple[Command, ...]:
-    return tuple(
-        posture_move(target, needed_duration(target - before, limits), "shift")
-        for before, target in pairwise(plan.waypoints)
-    )
-
-
-def settings_of(plan: Part) -> SequenceSettings:
-    """Sequence settings that check what the plan was checked with."""
+def settings_of(plan: RigidPlan) -> SequenceSettings:
+    """Sequence settings that check what the plan was checked with, under the payload that it was planned with."""
     made_with = plan.provenance.settings
+    if isinstance(plan, WalkPlan):
+        asked = made_with if isinstance(made_with, WalkSettings) else WalkSettings()
+        return SequenceSettings(
+            clearance=asked.clearance,
+            conservative=asked.support == "required",
+            least_margin=asked.least_margin,
+            friction=asked.friction,
+            payload_mass=asked.payload_mass,
+            payload_position=asked.payload_position,
+        )
     if not isinstance(made_with, (StepSettings, BodyMoveSettings)):
         return SequenceSettings()
     return SequenceSettings(
@@ -116,15 +111,8 @@ def settings_of(plan: Part) -> SequenceSettings:
     )
 
 
-def _with_load_of(plan: Part | WalkPlan, settings: SequenceSettings) -> SequenceSettings:
-    """The settings with the payload that a walk was planned with."""
-    asked = plan.provenance.settings
-    if not isinstance(asked, WalkSettings):
-        return settings
-    return replace(settings, payload_mass=asked.payload_mass, payload_position=asked.payload_position)
-
-
-def _require_fit(plan: Part, robot: Robot) -> None:
+def _fitting(plan: RigidPlan, robot: Robot) -> Motion:
+    """The plan's motion. Raises InvalidSequence where it is not one of this robot that commands can say."""
     planned_for = plan.parents.get("robot")
     if planned_for is not None and planned_for != robot.digest:
         raise InvalidSequence(
@@ -133,14 +121,19 @@ def _require_fit(plan: Part, robot: Robot) -> None:
             given=robot.digest,
         )
     n = 6 * robot.leg_count
+    if isinstance(plan, WalkPlan) and len(plan.waypoints) < 2:
+        raise InvalidSequence("the walk goes nowhere: the rover is where it is to be, there is nothing to command")
     if plan.waypoints.ndim != 2 or plan.waypoints.shape[1] != n or len(plan.waypoints) < 2:
         raise InvalidSequence(
             f"a plan for {robot.name} needs at least two waypoints of {n} angles", shape=list(plan.waypoints.shape)
         )
-    if isinstance(plan, BodyMovePlan):
-        return
-    if not 0 <= plan.leg < robot.leg_count:
-        raise InvalidSequence(f"{robot.name} has legs 0…{robot.leg_count - 1}", leg=plan.leg)
-    others = np.delete(plan.waypoints, np.s_[6 * plan.leg : 6 * plan.leg + 6], axis=1)
-    if not (others == others[0]).all():
-        raise InvalidSequence(f"the plan moves more than its leg; a {LEG_MOVE.name} can't say that", leg=plan.leg)
+    legs = plan.legs if isinstance(plan, WalkPlan) else (plan.leg,) if isinstance(plan, StepPlan) else ()
+    for leg in legs:
+        if not 0 <= leg < robot.leg_count:
+            raise InvalidSequence(f"{robot.name} has legs 0…{robot.leg_count - 1}", leg=leg)
+    motion = plan.motion
+    turned = (np.diff(motion.waypoints, axis=0) != 0.0).reshape(-1, robot.leg_count, 6).any(axis=2)
+    for row in range(1, len(motion.phases)):
+        if (lifted := motion.lifted(row)) and (turned[row - 1] & motion.stays[row]).any():
+            raise InvalidSequence(f"the plan moves more than its leg; a {LEG_MOVE.name} can't say that", leg=lifted[0])
+    return motion

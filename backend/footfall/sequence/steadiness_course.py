@@ -12,9 +12,9 @@ from footfall.balance.payload import loaded
 from footfall.core.frames import apply
 from footfall.maps.standing import standing
 from footfall.maps.support_outlines import OUTLINES, Support, support_of
-from footfall.planning.body.follow import base_path
+from footfall.planning.between_rows import base_path
 from footfall.planning.step.problem import StepPlan, StepSettings
-from footfall.planning.walk.problem import BODY, WalkPlan, WalkSettings
+from footfall.planning.walk.problem import WalkPlan, WalkSettings
 from footfall.robot.kinematics import center_of_mass, wheel_centers
 from footfall.robot.model import Robot
 from footfall.sequence.commands import Sequence
@@ -56,23 +56,13 @@ def course_of(
     Of ``balance`` friction, the sides of its cones and the payload count; None: what the motion was made with.
     """
     balance = balance or balance_of(moved)
-    if isinstance(moved, StepPlan):
-        waypoints = moved.waypoints
-        Ts = np.broadcast_to(moved.T_site_base, (len(waypoints), 4, 4))
-        legs: list[int | None] = [moved.leg] * (len(waypoints) - 1)
-    elif isinstance(moved, WalkPlan):
-        waypoints, Ts = moved.waypoints, moved.Ts_site_base
-        parts = zip(moved.moves[1:], moved.phases[1:], strict=True)
-        legs = [None if phase == BODY else moved.legs[move] for move, phase in parts]
-    else:
-        waypoints = np.vstack([moved.start, moved.predicted])
-        Ts = np.concatenate([moved.T_site_base[None], moved.poses])
-        legs = [command.leg for command in moved.commands]
-    travel = np.abs(np.diff(waypoints, axis=0)).max(axis=1)
-    begins = np.concatenate([[0.0], np.cumsum(travel)])
+    motion = moved.motion
+    waypoints, Ts, travel, begins = motion.waypoints, motion.Ts_site_base, motion.travel, motion.travelled
     stances = _Stances(robot, dem, balance)
     moments, rows, found, why = [], [], [], {}
-    for row, leg in enumerate(legs):
+    for row in range(len(travel)):
+        lifted = motion.lifted(row + 1)
+        leg = lifted[0] if len(lifted) == 1 else None
         support = stances.of_row(waypoints[row : row + 2], Ts[row : row + 2], leg)
         shares = np.linspace(0.0, 1.0, max(1, int(np.ceil(travel[row] / SAMPLING))) + 1)
         coms = _coms(robot, waypoints[row : row + 2], Ts[row : row + 2], leg, shares, balance)

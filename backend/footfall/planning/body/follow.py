@@ -11,9 +11,9 @@ from dataclasses import dataclass
 
 import numpy as np
 from numpy.typing import NDArray
-from scipy.spatial.transform import Rotation
 
 from footfall.core.frames import apply, inverse
+from footfall.planning.between_rows import base_path
 from footfall.planning.scene.lift import LARGEST_STEP
 from footfall.planning.scene.unreached import shortfalls
 from footfall.robot.ik import solve_leg
@@ -57,31 +57,8 @@ class Followed:
     Ts_site_base: Array
 
 
-def base_path(T_from: Array, T_to: Array, fractions: Array) -> Array:
-    """Chassis poses between two: the origin on a straight line, the turn about one axis.
-
-    Translation and rotation are interpolated apart (slerp, constant rate), so the origin's path does not depend on the
-    turn.
-
-    Args:
-        T_from: where it begins, (4, 4).
-        T_to: where it ends, (4, 4).
-        fractions: of the way, (n,) 0…1.
-
-    Returns:
-        (n, 4, 4); at 0 and 1 the two poses, bit for bit.
-    """
-    t = np.asarray(fractions, float)
-    turn = Rotation.from_matrix(T_from[:3, :3].T @ T_to[:3, :3]).as_rotvec()
-    Ts = np.tile(np.eye(4), (len(t), 1, 1))
-    Ts[:, :3, :3] = T_from[:3, :3] @ Rotation.from_rotvec(t[:, None] * turn).as_matrix()
-    Ts[:, :3, 3] = (1 - t[:, None]) * T_from[:3, 3] + t[:, None] * T_to[:3, 3]
-    Ts[t == 0.0], Ts[t == 1.0] = T_from, T_to
-    return Ts
-
-
 def follow(robot: Robot, posture: Array, T_from: Array, T_to: Array, standing: Sequence[int]) -> Followed | Obstacle:
-    """Postures along :func:`base_path` with standing wheels fixed; the other legs keep theirs.
+    """Postures along :func:`.base_path` with standing wheels fixed; the other legs keep theirs.
 
     Steps are as long as the standing wheels drift by no more than ``_AIM`` half way and no joint moves by more than
     ``LARGEST_STEP``. A step may reach over a singular posture of a wrist where that is so.

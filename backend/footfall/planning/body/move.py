@@ -11,6 +11,7 @@ from footfall.core.product import Product
 from footfall.core.value import Provenance, Value, before, value
 from footfall.planning.answers import Check, Status, require_answer
 from footfall.planning.body.body_shift import BodyShift
+from footfall.planning.motion import BODY, Motion
 
 REACH_RESERVE = 0.02
 """What a move of the chassis leaves every leg short of straight, unless asked otherwise [m]; `stand` leaves 3 cm."""
@@ -60,6 +61,14 @@ class BodyMovePlan(Product):
     standing: tuple[int, ...]
     contacts: NDArray[np.float64]
     provenance: Provenance
+
+    @property
+    def motion(self) -> Motion:
+        """What moves, row by row; wheels that hang in the air go with the chassis."""
+        count, legs = len(self.waypoints), self.waypoints.shape[1] // 6
+        stays = np.zeros((count, legs), bool)
+        stays[:, self.standing] = True
+        return Motion(self.waypoints, self.Ts_site_base, stays, (BODY,) * count)
 
 
 @value

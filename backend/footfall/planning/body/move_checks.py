@@ -1,6 +1,6 @@
 """The recheck of a move of the chassis, by other means than the ones it was made with.
 
-Every joint moves in straight lines between waypoints and the chassis on :func:`base_path`; the path is sampled so
+Every joint moves in straight lines between waypoints and the chassis on :func:`.base_path`; the path is sampled so
 densely that no joint changes by more than ``SAMPLING`` between samples. Wheels are followed by forward kinematics of
 their own (no inverse kinematics). Torque is a linear program, so it is solved at least every ``TORQUE_SAMPLING``.
 """
@@ -17,8 +17,9 @@ from footfall.balance.torques import torque_margin
 from footfall.core.frames import apply, inverse
 from footfall.maps.standing import Contacts
 from footfall.planning.answers import Check
+from footfall.planning.between_rows import base_path
 from footfall.planning.body.checked import MoveCheck
-from footfall.planning.body.follow import DRIFT, base_path, reaches_back
+from footfall.planning.body.follow import DRIFT, reaches_back
 from footfall.planning.body.move import BodyMoveSettings
 from footfall.planning.body.reserve import reserves
 from footfall.planning.joint_path import samples

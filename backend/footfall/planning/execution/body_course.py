@@ -10,13 +10,14 @@ from scipy.spatial.transform import Rotation
 
 from footfall.core.frames import inverse
 from footfall.core.progress import Progress
-from footfall.planning.body.follow import base_path, unwrapped
+from footfall.planning.between_rows import base_path
+from footfall.planning.body.follow import unwrapped
 from footfall.planning.body.move import BodyMovePlan
 from footfall.planning.compliance.compliant_rover import CompliantRover, RestingRover
 from footfall.planning.execution.execution_settings import ExecutionSettings
 from footfall.planning.execution.forces import Holder
-from footfall.planning.execution.problem import BODY
 from footfall.planning.execution.walker import ROW, Lost, Walker
+from footfall.planning.motion import BODY
 from footfall.planning.scene.lift import LARGEST_STEP
 from footfall.robot.ik import solve_leg
 from footfall.robot.model import Robot

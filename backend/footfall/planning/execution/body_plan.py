@@ -16,8 +16,9 @@ from footfall.planning.execution.execution_settings import ExecutionSettings
 from footfall.planning.execution.forces import borne
 from footfall.planning.execution.pace import durations, pauses
 from footfall.planning.execution.prediction_checks import body_checks_of, judged
-from footfall.planning.execution.problem import BODY, BodyExecution, BodyExecutionResult
+from footfall.planning.execution.problem import BodyExecution, BodyExecutionResult
 from footfall.planning.execution.walker import Lost
+from footfall.planning.motion import BODY
 from footfall.robot.model import Robot
 from footfall.telemetry.state import RobotState
 from footfall.terrain.dem import Dem

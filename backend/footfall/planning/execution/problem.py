@@ -8,11 +8,10 @@ from footfall.core.product import Product
 from footfall.core.value import Provenance, Value, value
 from footfall.planning.answers import Check, Status
 from footfall.planning.body.move import BodyMovePlan
+from footfall.planning.motion import BODY, Motion
 from footfall.planning.step.problem import StepPlan
 
 PHASES = ("unload", "lift", "swing", "lower", "load")
-BODY = "body"
-"""Phase in which the chassis moves while all wheels stay where they stand."""
 
 
 def ends_of(phases: tuple[str, ...]) -> list[int]:
@@ -82,6 +81,13 @@ class Execution(Paced):
     touch_down: NDArray[np.float64]
     touch_down_offset: float
     provenance: Provenance
+
+    @property
+    def motion(self) -> Motion:
+        """What is predicted to move, row by row; feet stay but for what wheels give way."""
+        stays = np.ones(self.loads.shape, bool)
+        stays[[phase in ("lift", "swing", "lower") for phase in self.phases], self.leg] = False
+        return Motion(self.predicted, self.Ts_site_base, stays, self.phases)
 
 
 @value

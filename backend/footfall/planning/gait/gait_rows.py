@@ -6,8 +6,9 @@ import numpy as np
 from numpy.typing import NDArray
 
 from footfall.planning.gait.step import Stepped, Swung
+from footfall.planning.motion import BODY
 from footfall.planning.walk.foot_move import At, BodyWay, Moved
-from footfall.planning.walk.problem import BODY, LIFT, LOWER, SWING, Stance
+from footfall.planning.walk.problem import LIFT, LOWER, SWING, Stance
 
 Array = NDArray[np.float64]
 

@@ -19,7 +19,6 @@ from footfall.core.errors import InvalidInput
 from footfall.core.value import LATER, Provenance, Value, value
 from footfall.planning.answers import Check, Status, require_answer
 from footfall.planning.body.move import JOINT_RESERVE, REACH_RESERVE
-from footfall.planning.walk.checked_motion import CheckedMotion
 from footfall.planning.walk.problem import (
     CLEARANCE,
     LEAST_MARGIN,
@@ -27,6 +26,7 @@ from footfall.planning.walk.problem import (
     MOST_TORQUE,
     RAISED_TERRAIN,
     STEEPEST,
+    CheckedMotion,
     Stance,
     WalkGoal,
     WalkPlan,

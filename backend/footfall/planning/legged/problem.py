@@ -7,6 +7,7 @@ from footfall.core.bounds import require_above_zero, require_distances
 from footfall.core.errors import InvalidInput
 from footfall.core.value import Provenance, Value, value
 from footfall.planning.answers import Check, Status
+from footfall.planning.motion import Motion
 
 PHASES = ("body", "lift", "swing", "lower")
 
@@ -85,6 +86,12 @@ class LeggedPlan(Value):
             raise InvalidInput("a pose, a phase and a leg are needed for each waypoint")
         if not set(self.phases) <= set(PHASES):
             raise InvalidInput(f"a phase is one of {', '.join(PHASES)}")
+
+    @property
+    def motion(self) -> Motion:
+        """What moves, row by row."""
+        stays = self.legs[:, None] != np.arange(len(self.start.soles))
+        return Motion(self.waypoints, self.Ts_site_base, stays, self.phases)
 
     @property
     def chassis_way(self) -> float:

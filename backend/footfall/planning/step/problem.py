@@ -13,6 +13,7 @@ from footfall.core.product import Product
 from footfall.core.value import LATER, Provenance, Value, before, value
 from footfall.maps.layers import LIFT, RAISE_TERRAIN
 from footfall.planning.answers import Check, Status, require_answer
+from footfall.planning.motion import Motion
 
 PLANNERS: Mapping[str, str] = {
     "auto": "line, then fast, then astar, then sbl: the first that leads to a plan that passes every check",
@@ -144,6 +145,14 @@ class StepPlan(Product):
     branch: int
     planner: str
     provenance: Provenance
+
+    @property
+    def motion(self) -> Motion:
+        """What moves, row by row."""
+        count, legs = len(self.waypoints), self.waypoints.shape[1] // 6
+        stays = np.ones((count, legs), bool)
+        stays[1:, self.leg] = False
+        return Motion(self.waypoints, np.tile(self.T_site_base, (count, 1, 1)), stays, self.phases)
 
 
 @value

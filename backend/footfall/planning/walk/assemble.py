@@ -7,8 +7,9 @@ from numpy.typing import NDArray
 
 from footfall.core.value import Provenance
 from footfall.planning.answers import Check
+from footfall.planning.motion import BODY
 from footfall.planning.walk.foot_move import At, BodyWay, Moved
-from footfall.planning.walk.problem import BODY, LIFT, LOWER, SWING, WalkGoal, WalkPlan, WalkSettings, part_name
+from footfall.planning.walk.problem import LIFT, LOWER, SWING, WalkGoal, WalkPlan, WalkSettings, part_name
 
 Array = NDArray[np.float64]
 

@@ -7,7 +7,8 @@ from numpy.typing import NDArray
 
 from footfall.core.errors import InvalidInput
 from footfall.core.value import Provenance
-from footfall.planning.walk.problem import BODY, WalkPlan
+from footfall.planning.motion import BODY
+from footfall.planning.walk.problem import WalkPlan
 from footfall.robot.tolerance import JOINT_TOLERANCE
 from footfall.telemetry.state import RobotState
 

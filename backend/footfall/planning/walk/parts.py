@@ -8,8 +8,9 @@ from footfall.core.errors import InvalidInput
 from footfall.core.value import Provenance
 from footfall.planning.body.body_shift import BodyShift
 from footfall.planning.body.move import BodyMovePlan, BodyMoveSettings
+from footfall.planning.motion import BODY, Motion
 from footfall.planning.step.problem import StepPlan, StepSettings
-from footfall.planning.walk.problem import BODY, WalkPlan, WalkSettings
+from footfall.planning.walk.problem import WalkPlan, WalkSettings
 
 PLANNER = "walk"
 """What planned the step of a foot move."""
@@ -30,7 +31,7 @@ def stay(plan: WalkPlan, number: int) -> BodyMovePlan:
     parents, settings = _given(plan)
     moving = (plan.moves == number) & np.array([phase != BODY for phase in plan.phases])
     before = int(np.flatnonzero(moving)[0]) - 1
-    return _body_move(plan, number, [before, before], parents, settings)
+    return _body_move(plan, number, plan.motion.rows([before, before]), parents, settings)
 
 
 def _given(plan: WalkPlan) -> tuple[dict[str, str], WalkSettings]:
@@ -42,28 +43,29 @@ def _given(plan: WalkPlan) -> tuple[dict[str, str], WalkSettings]:
 
 def _parts(plan: WalkPlan) -> Iterator[BodyMovePlan | StepPlan]:
     parents, settings = _given(plan)
-    in_body = np.array([phase == BODY for phase in plan.phases])
+    motion = plan.motion
+    in_body = np.array([phase == BODY for phase in motion.phases])
     at = 0
     for number in range(plan.foot_moves + 1):
         own = np.flatnonzero(plan.moves == number)
         shifted, stepped = own[in_body[own]], own[~in_body[own]]
         ends = int(shifted[-1]) if len(shifted) else at
         if ends > at:
-            yield _body_move(plan, number, slice(at, ends + 1), parents, settings)
+            yield _body_move(plan, number, motion.rows(range(at, ends + 1)), parents, settings)
         at = ends
         if number == plan.foot_moves:
             return
         if not len(stepped):
             raise InvalidInput(f"foot move {number} of the walk lifts no foot", move=number)
-        yield _step(plan, number, slice(at, int(stepped[-1]) + 1), parents, settings)
+        yield _step(plan, number, motion.rows(range(at, int(stepped[-1]) + 1)), parents, settings)
         at = int(stepped[-1])
 
 
 def _body_move(
-    plan: WalkPlan, number: int, rows: slice | list[int], parents: dict[str, str], settings: WalkSettings
+    plan: WalkPlan, number: int, motion: Motion, parents: dict[str, str], settings: WalkSettings
 ) -> BodyMovePlan:
     """The move of the chassis before foot move ``number``, or after the last."""
-    poses, contacts = plan.Ts_site_base[rows], plan.stances[number].contacts
+    poses, contacts = motion.Ts_site_base, plan.stances[number].contacts
     made_with = BodyMoveSettings(
         clearance=settings.clearance,
         conservative=settings.support == "required",
@@ -75,7 +77,7 @@ def _body_move(
     )
     return BodyMovePlan(
         shift=BodyShift.between(poses[0], poses[-1]),
-        waypoints=plan.waypoints[rows],
+        waypoints=motion.waypoints,
         Ts_site_base=poses,
         standing=tuple(range(len(contacts))),
         contacts=contacts,
@@ -83,7 +85,7 @@ def _body_move(
     )
 
 
-def _step(plan: WalkPlan, number: int, rows: slice, parents: dict[str, str], settings: WalkSettings) -> StepPlan:
+def _step(plan: WalkPlan, number: int, motion: Motion, parents: dict[str, str], settings: WalkSettings) -> StepPlan:
     """The step of foot move ``number``."""
     leg, placed = plan.legs[number], plan.stances[number + 1]
     made_with = StepSettings(
@@ -97,12 +99,11 @@ def _step(plan: WalkPlan, number: int, rows: slice, parents: dict[str, str], set
         time_limit=settings.time_limit,
         steep_ground=False,
     )
-    phases = plan.phases[rows]
     return StepPlan(
         leg=leg,
-        waypoints=plan.waypoints[rows],
-        phases=(phases[1], *phases[1:]),
-        T_site_base=plan.Ts_site_base[rows][0],
+        waypoints=motion.waypoints,
+        phases=(motion.phases[1], *motion.phases[1:]),
+        T_site_base=motion.Ts_site_base[0],
         contact=placed.contacts[leg],
         normal=placed.normals[leg],
         branch=int(placed.branches[leg]),

@@ -7,6 +7,7 @@ before each foot move, and after the last one, the chassis moves over all its fe
 
 from collections.abc import Mapping
 from dataclasses import field
+from itertools import pairwise
 
 import numpy as np
 from numpy.typing import NDArray
@@ -16,10 +17,11 @@ from footfall.balance.friction import FRICTION
 from footfall.balance.tether import Tether
 from footfall.core.bounds import require_above_zero, require_not_negative
 from footfall.core.errors import InvalidInput
+from footfall.core.product import Product
 from footfall.core.value import LATER, Provenance, Value, before, value
 from footfall.planning.answers import Check, Status, require_answer
 from footfall.planning.body.move import JOINT_RESERVE, REACH_RESERVE
-from footfall.planning.walk.checked_motion import CheckedMotion
+from footfall.planning.motion import BODY, Motion
 from footfall.planning.walk.smoothing import Smoothed, Smoothing
 
 SUPPORTS: Mapping[str, str] = {
@@ -48,8 +50,8 @@ STEEPEST = 0.9
 LIFT_HEIGHT, RAISED_TERRAIN = 0.2, 0.05
 """How high they lift a wheel straight up, and by how much they raise the terrain for a swing [m]."""
 
-BODY, LIFT, SWING, LOWER = "body", "lift", "swing", "lower"
-"""Phases of a foot move, in their order; ``body``: the chassis moves while all wheels stand."""
+LIFT, SWING, LOWER = "lift", "swing", "lower"
+"""Phases of a foot move, in their order, after :data:`.motion.BODY`, in which the chassis moves."""
 
 
 @value
@@ -231,6 +233,49 @@ class Tethered(Value):
             raise InvalidInput("the normal of a tethered walk's slope needs three numbers, of length 1")
         if self.lengths.ndim != 1 or self.lengths.shape != self.pulls.shape:
             raise InvalidInput("every waypoint of a tethered walk needs a length and a pull")
+
+
+class CheckedMotion(Product):
+    """Base of a walk and of a gait, whose own fields these are, as in :class:`WalkPlan`.
+
+    groups: (m,) legs that each foot move moves together.
+    """
+
+    __slots__ = ()
+
+    goal: WalkGoal
+    groups: tuple[tuple[int, ...], ...]
+    stances: tuple[Stance, ...]
+    waypoints: NDArray[np.float64]
+    Ts_site_base: NDArray[np.float64]
+    moves: NDArray[np.int64]
+    phases: tuple[str, ...]
+    margins: NDArray[np.float64]
+    torques: NDArray[np.float64]
+    tethered: Tethered | None
+
+    @property
+    def motion(self) -> Motion:
+        """What moves, row by row. Raises InvalidInput where a foot is lifted in none of the foot moves."""
+        stays = np.ones((len(self.waypoints), len(self.stances[0].contacts)), bool)
+        for row, (move, phase) in enumerate(zip(self.moves, self.phases, strict=True)):
+            if phase == BODY:
+                continue
+            if not 0 <= move < len(self.groups):
+                raise InvalidInput(f"waypoint {row} lifts a foot in foot move {move}, there are {len(self.groups)}")
+            stays[row, list(self.groups[move])] = False
+        return Motion(self.waypoints, self.Ts_site_base, stays, self.phases)
+
+    @property
+    def chassis_way(self) -> float:
+        """How far the chassis' origin goes [m]."""
+        return float(sum(np.linalg.norm(b - a) for a, b in pairwise(self.Ts_site_base[:, :3, 3])))
+
+    def require_complete(self, called: str) -> None:
+        """Raises InvalidInput unless all is told of each waypoint; called: what this is, for a person."""
+        told = (self.Ts_site_base, self.moves, self.phases, self.margins, self.torques)
+        if {len(each) for each in told} != {len(self.waypoints)}:
+            raise InvalidInput(f"every waypoint of {called} needs a pose, a foot move, a phase, a margin and a torque")
 
 
 @value

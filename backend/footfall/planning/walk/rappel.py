@@ -14,10 +14,11 @@ from footfall.balance.tether import Tether
 from footfall.balance.torques import torque_check
 from footfall.core.value import Provenance
 from footfall.planning.answers import Check, No, Status
+from footfall.planning.motion import BODY
 from footfall.planning.walk.foot_move import At
 from footfall.planning.walk.footprint import footprint
 from footfall.planning.walk.hung import Hung
-from footfall.planning.walk.problem import BODY, Tethered, WalkGoal, WalkPlan, WalkResult, WalkSettings
+from footfall.planning.walk.problem import Tethered, WalkGoal, WalkPlan, WalkResult, WalkSettings
 from footfall.planning.walk.slope_frame import slope_between
 from footfall.planning.walk.start import start_of
 from footfall.planning.walk.tether_ground import unknown_under

@@ -10,7 +10,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from footfall.planning.answers import No
-from footfall.planning.body.follow import base_path
+from footfall.planning.between_rows import base_path
 from footfall.planning.joint_path import samples
 from footfall.planning.scene.ground import nearby, touch_radius
 from footfall.planning.scene.whole_body import GROUND_FAR, NOTHING, WholeBody

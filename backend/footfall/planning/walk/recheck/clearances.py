@@ -13,10 +13,9 @@ from numpy.typing import NDArray
 from footfall.core.frames import apply, transform
 from footfall.core.grid import GridGeometry
 from footfall.planning.answers import Check
-from footfall.planning.walk.problem import LIFT, LOWER, SWING
+from footfall.planning.walk.problem import LIFT, LOWER, SWING, CheckedMotion
 from footfall.planning.walk.recheck.apart import MovingBody, nearest
 from footfall.planning.walk.recheck.feet import DRIFT
-from footfall.planning.walk.recheck.motion import Motion
 from footfall.planning.walk.recheck.stretches import MotionStretch
 from footfall.robot import shapes
 from footfall.robot.bvh import PAYLOAD, robot_meshes
@@ -67,7 +66,7 @@ class RecheckedGround:
 class ClearanceCheck:
     """Gathers the least distances over all stretches; what is negative is −1 × the distance that is asked for."""
 
-    def __init__(self, robot: Robot, dem: Dem, plan: Motion, watched: float) -> None:
+    def __init__(self, robot: Robot, dem: Dem, plan: CheckedMotion, watched: float) -> None:
         self.robot, self.dem, self.plan, self.watched = robot, dem, plan, watched
         self.own, self.ground = Least(watched), Least(watched)
         description = robot.description

@@ -7,8 +7,7 @@ from numpy.typing import NDArray
 from scipy.spatial.transform import Rotation
 
 from footfall.planning.answers import Check
-from footfall.planning.walk.problem import Stance, part_name
-from footfall.planning.walk.recheck.motion import Motion
+from footfall.planning.walk.problem import CheckedMotion, Stance, part_name
 from footfall.planning.walk.recheck.stretches import MotionStretch
 from footfall.robot.description import link_name
 from footfall.robot.model import Robot
@@ -46,7 +45,7 @@ class Worst:
         return Check(name, self.spare >= 0, self.spare, unit, self.where)
 
 
-def limits(robot: Robot, plan: Motion) -> Check:
+def limits(robot: Robot, plan: CheckedMotion) -> Check:
     """Least room to a joint's limit; between waypoints joints move in straight lines, so waypoints are enough."""
     spare = np.minimum(plan.waypoints - robot.lower, robot.upper - plan.waypoints)
     at, joint = np.unravel_index(int(np.argmin(spare)), spare.shape)
@@ -58,7 +57,7 @@ def limits(robot: Robot, plan: Motion) -> Check:
 class ContactCheck:
     """Gathers over all stretches how well wheels stand where their stances say; turns count at the wheel's rim [m]."""
 
-    def __init__(self, robot: Robot, plan: Motion) -> None:
+    def __init__(self, robot: Robot, plan: CheckedMotion) -> None:
         self.robot, self.plan, self.worst = robot, plan, Worst()
 
     def grounded(self, dem: Dem, number: int) -> None:
@@ -101,7 +100,7 @@ class ContactCheck:
 class Branches:
     """Gathers whether standing legs keep the shoulder and elbow that their stance says; a straight wrist joins two."""
 
-    def __init__(self, plan: Motion) -> None:
+    def __init__(self, plan: CheckedMotion) -> None:
         self.plan, self.fault = plan, ""
 
     def look(self, stretch: MotionStretch) -> None:

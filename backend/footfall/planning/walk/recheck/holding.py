@@ -18,9 +18,8 @@ from footfall.balance.balance_settings import GRAVITY
 from footfall.balance.tether import Tether
 from footfall.core.errors import FootFallError
 from footfall.planning.answers import Check
-from footfall.planning.walk.problem import Tethered, WalkSettings
+from footfall.planning.walk.problem import CheckedMotion, Tethered, WalkSettings
 from footfall.planning.walk.recheck.feet import Worst
-from footfall.planning.walk.recheck.motion import Motion
 from footfall.planning.walk.recheck.stretches import MotionStretch
 from footfall.robot.model import Robot
 
@@ -44,7 +43,7 @@ class HoldingCheck:
     Linear programs are solved only where they may give less than was found before.
     """
 
-    def __init__(self, robot: Robot, plan: Motion, settings: WalkSettings, turn: float) -> None:
+    def __init__(self, robot: Robot, plan: CheckedMotion, settings: WalkSettings, turn: float) -> None:
         self.robot, self.plan, self.settings, self.turn = robot, plan, settings, turn
         self.tethered = plan.tethered
         self.support, self.friction, self.torque = Worst(), Worst(), Worst()

@@ -5,8 +5,8 @@ from itertools import groupby
 import numpy as np
 
 from footfall.planning.answers import Check
-from footfall.planning.walk.problem import BODY, LIFT, LOWER, SWING, Place, WalkSettings, part_name
-from footfall.planning.walk.recheck.motion import Motion
+from footfall.planning.motion import BODY, Motion
+from footfall.planning.walk.problem import LIFT, LOWER, SWING, CheckedMotion, Place, WalkSettings, part_name
 from footfall.robot.model import Robot
 from footfall.robot.tolerance import JOINT_TOLERANCE
 from footfall.telemetry.state import RobotState
@@ -15,13 +15,13 @@ STILL = 1e-6
 """What does not move may move by so much, by rounding [m], [rad]."""
 
 
-def phases(robot: Robot, plan: Motion) -> Check:
+def phases(robot: Robot, plan: CheckedMotion) -> Check:
     """Foot moves one after the other, each of body, lift, swing and lower; what is to keep still does."""
-    fault = _disordered(plan) or _unstill(robot, plan)
+    fault = _disordered(plan) or _unstill(robot, plan.motion)
     return Check("phases", not fault, float("nan"), "", fault or "in order")
 
 
-def _disordered(plan: Motion) -> str:
+def _disordered(plan: CheckedMotion) -> str:
     count = len(plan.groups)
 
     def told(one: tuple[int, str]) -> str:
@@ -45,20 +45,20 @@ def _disordered(plan: Motion) -> str:
     return f"{told(left[0])} is missing" if left else ""
 
 
-def _unstill(robot: Robot, plan: Motion) -> str:
-    for i in range(1, len(plan.phases)):
-        if plan.phases[i] == BODY:
+def _unstill(robot: Robot, motion: Motion) -> str:
+    for i in range(1, len(motion.phases)):
+        if motion.phases[i] == BODY:
             continue
-        changed = np.abs(plan.waypoints[i] - plan.waypoints[i - 1]).reshape(robot.leg_count, 6).max(axis=1)
-        changed[list(plan.groups[plan.moves[i]])] = 0.0
+        changed = np.abs(motion.waypoints[i] - motion.waypoints[i - 1]).reshape(robot.leg_count, 6).max(axis=1)
+        changed[~motion.stays[i]] = 0.0
         if changed.max() > STILL:
-            return f"leg {int(np.argmax(changed))} moves too, to waypoint {i} ({plan.phases[i]})"
-        if np.abs(plan.Ts_site_base[i] - plan.Ts_site_base[i - 1]).max() > STILL:
-            return f"the chassis moves to waypoint {i} ({plan.phases[i]})"
+            return f"leg {int(np.argmax(changed))} moves too, to waypoint {i} ({motion.phases[i]})"
+        if np.abs(motion.Ts_site_base[i] - motion.Ts_site_base[i - 1]).max() > STILL:
+            return f"the chassis moves to waypoint {i} ({motion.phases[i]})"
     return ""
 
 
-def stances(robot: Robot, plan: Motion) -> Check:
+def stances(robot: Robot, plan: CheckedMotion) -> Check:
     """Each stance differs from the one before by the feet that were moved."""
     for number, (group, one, other) in enumerate(zip(plan.groups, plan.stances, plan.stances[1:], strict=False)):
         for standing in robot.legs:
@@ -81,7 +81,7 @@ def _legs_told(group: tuple[int, ...]) -> str:
     return f"leg {group[0]}" if len(group) == 1 else f"legs {', '.join(str(leg) for leg in group)}"
 
 
-def start(plan: Motion, state: RobotState) -> Check:
+def start(plan: CheckedMotion, state: RobotState) -> Check:
     """How far the first waypoint is from the rover's posture; the chassis must be where the state says."""
     away = np.abs(plan.waypoints[0] - state.posture)
     joint = int(np.argmax(away))
@@ -91,7 +91,7 @@ def start(plan: Motion, state: RobotState) -> Check:
     return Check("start", holds, JOINT_TOLERANCE - float(away[joint]), "rad", where)
 
 
-def goal(plan: Motion) -> Check:
+def goal(plan: CheckedMotion) -> Check:
     """How far the chassis is within the goal's tolerance at the end; where only the heading fails, by how much that."""
     T, asked = plan.Ts_site_base[-1], plan.goal
     spare = asked.within - float(np.hypot(T[0, 3] - asked.x, T[1, 3] - asked.y))
@@ -103,7 +103,7 @@ def goal(plan: Motion) -> Check:
     return Check("goal", spare >= 0, spare, "m", "the last waypoint")
 
 
-def footfalls(plan: Motion, settings: WalkSettings) -> Check:
+def footfalls(plan: CheckedMotion, settings: WalkSettings) -> Check:
     """Feet are put on ground that is allowed, and on every place that is asked for."""
     moved = list(enumerate(zip(plan.groups, plan.stances[1:], strict=True)))
     put = [(number, leg, stance.contacts[leg]) for number, (group, stance) in moved for leg in group]

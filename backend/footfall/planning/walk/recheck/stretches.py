@@ -10,8 +10,8 @@ import pinocchio as pin
 from numpy.typing import NDArray
 from scipy.spatial.transform import Rotation, Slerp
 
-from footfall.planning.walk.problem import BODY, part_name
-from footfall.planning.walk.recheck.motion import Motion
+from footfall.planning.motion import Motion
+from footfall.planning.walk.problem import CheckedMotion, part_name
 from footfall.planning.walk.recheck.recheck_settings import RecheckSettings
 from footfall.robot.description import PARTS, link_name
 from footfall.robot.model import Robot
@@ -88,32 +88,38 @@ class MotionStretch:
         return self.robot.link_frames[link_name(leg, part)]
 
 
-def stretches(robot: Robot, plan: Motion, every: RecheckSettings) -> Iterator[MotionStretch]:
+def stretches(robot: Robot, plan: CheckedMotion, every: RecheckSettings) -> Iterator[MotionStretch]:
     """The walk from its first waypoint to its last; foot moves and phases must be in order.
 
     One that stays where it is has one sample.
     """
-    above = [phase != BODY for phase in plan.phases]
-    if len(plan.phases) == 1:
-        yield _sampled(robot, plan, 0, (), range(1), every)
+    motion, of = plan.motion, len(plan.groups)
+    if len(motion.phases) == 1:
+        yield _sampled(robot, motion, 0, of, (), range(1), every)
     first = 0
-    for last in range(1, len(plan.phases)):
-        goes_on = last + 1 < len(plan.phases)
-        if goes_on and above[last + 1] == above[last] and plan.moves[last + 1] == plan.moves[last]:
+    for last in range(1, len(motion.phases)):
+        move, moving = int(plan.moves[last]), motion.lifted(last)
+        goes_on = last + 1 < len(motion.phases)
+        if goes_on and motion.lifted(last + 1) == moving and plan.moves[last + 1] == move:
             continue
-        move = int(plan.moves[last])
-        yield _sampled(robot, plan, move, plan.groups[move] if above[last] else (), range(first, last + 1), every)
+        yield _sampled(robot, motion, move, of, moving, range(first, last + 1), every)
         first = last
 
 
 def _sampled(
-    robot: Robot, plan: Motion, move: int, moving: tuple[int, ...], waypoints: Sequence[int], every: RecheckSettings
+    robot: Robot,
+    motion: Motion,
+    move: int,
+    of: int,
+    moving: tuple[int, ...],
+    waypoints: Sequence[int],
+    every: RecheckSettings,
 ) -> MotionStretch:
-    qs, poses = [plan.waypoints[waypoints[0]][None]], [plan.Ts_site_base[waypoints[0]][None]]
+    qs, poses = [motion.waypoints[waypoints[0]][None]], [motion.Ts_site_base[waypoints[0]][None]]
     numbers, fractions = [np.array(waypoints[:2][-1:])], [np.zeros(1)]
     for one, other in pairwise(waypoints):
-        q_a, q_b = plan.waypoints[one], plan.waypoints[other]
-        T_a, T_b = plan.Ts_site_base[one], plan.Ts_site_base[other]
+        q_a, q_b = motion.waypoints[one], motion.waypoints[other]
+        T_a, T_b = motion.Ts_site_base[one], motion.Ts_site_base[other]
         turned = Rotation.from_matrix(T_a[:3, :3].T @ T_b[:3, :3]).magnitude()
         turns = max(float(np.abs(q_b - q_a).max()), float(turned)) / every.turn
         count = max(1, int(np.ceil(max(turns, np.linalg.norm(T_b[:3, 3] - T_a[:3, 3]) / every.way))))
@@ -123,8 +129,8 @@ def _sampled(
         numbers.append(np.full(count, other))
         fractions.append(t)
     order = np.concatenate(numbers)
-    phases = tuple(plan.phases[i] for i in order)
-    of, q, Ts = len(plan.groups), np.concatenate(qs), np.concatenate(poses)
+    phases = tuple(motion.phases[i] for i in order)
+    q, Ts = np.concatenate(qs), np.concatenate(poses)
     return MotionStretch(robot, move, of, moving, q, Ts, order, np.concatenate(fractions), phases)
 
 

@@ -7,10 +7,9 @@ import numpy as np
 from numpy.typing import NDArray
 
 from footfall.planning.answers import Check
-from footfall.planning.walk.problem import Tethered
+from footfall.planning.walk.problem import CheckedMotion, Tethered
 from footfall.planning.walk.recheck.apart import MovingBody
 from footfall.planning.walk.recheck.feet import Worst
-from footfall.planning.walk.recheck.motion import Motion
 from footfall.planning.walk.recheck.stretches import MotionStretch
 from footfall.robot.bvh import PAYLOAD, robot_meshes
 from footfall.robot.description import PARTS, link_name
@@ -34,7 +33,7 @@ _THIN = 1e-4
 class Tethering:
     """Gathers over all stretches what a tether has to spare."""
 
-    def __init__(self, robot: Robot, dem: Dem, plan: Motion, tethered: Tethered) -> None:
+    def __init__(self, robot: Robot, dem: Dem, plan: CheckedMotion, tethered: Tethered) -> None:
         self.robot, self.plan, self.tethered = robot, plan, tethered
         self.way, self.length, self.pull = Worst(), Worst(), Worst()
         self._bodies = {part: MovingBody(mesh) for part, mesh in robot_meshes(robot.description).items()}

@@ -11,12 +11,11 @@ from collections.abc import Callable
 from footfall.balance.payload import ON_DECK
 from footfall.core.errors import InvalidInput
 from footfall.planning.answers import Check
-from footfall.planning.walk.problem import WalkSettings
+from footfall.planning.walk.problem import CheckedMotion, WalkSettings
 from footfall.planning.walk.recheck import order
 from footfall.planning.walk.recheck.clearances import ClearanceCheck
 from footfall.planning.walk.recheck.feet import Branches, ContactCheck, limits
 from footfall.planning.walk.recheck.holding import HoldingCheck, turned
-from footfall.planning.walk.recheck.motion import Motion
 from footfall.planning.walk.recheck.recheck_settings import RecheckSettings
 from footfall.planning.walk.recheck.stretches import stretches
 from footfall.planning.walk.recheck.tethering import Tethering
@@ -31,7 +30,7 @@ EVERY = RecheckSettings()
 def recheck_walk(
     robot: Robot,
     dem: Dem,
-    plan: Motion,
+    plan: CheckedMotion,
     settings: WalkSettings | None = None,
     every: RecheckSettings = EVERY,
     pulse: Callable[[], None] = lambda: None,
