@@ -1,6 +1,7 @@
 """Every planner yields one kind of motion: where it begins and ends, which feet stay, how it is cut and played."""
 
 from dataclasses import replace
+from itertools import pairwise
 
 import numpy as np
 import pinocchio as pin
@@ -10,9 +11,10 @@ from hypothesis import strategies as st
 
 import footfall
 from footfall.core.errors import InvalidInput, InvalidSequence
+from footfall.core.frames import inverse
 from footfall.core.value import Provenance
 from footfall.planning.between_rows import at as place_at
-from footfall.planning.between_rows import base_path
+from footfall.planning.between_rows import base_path, finer
 from footfall.planning.gait.problem import TRIPOD
 from footfall.planning.motion import BODY, Motion
 from footfall.planning.walk.problem import LIFT, LOWER, SWING, Stance, WalkGoal, WalkPlan
@@ -138,6 +140,29 @@ def test_a_motion_cut_at_a_row_and_joined_again_is_the_same(motion, at):
         np.testing.assert_array_equal(joined, getattr(motion, name))
     assert first.phases + second.phases[1:] == motion.phases
     assert first.travelled[-1] + second.travelled[-1] == pytest.approx(motion.travelled[-1])
+
+
+@given(motions(), st.floats(0.05, 3.0), st.integers(1, 4))
+def test_a_finer_motion_passes_the_same_rows_and_nothing_else(motion, step, fewest):
+    """Bit for bit at the rows; between them evenly, on the straight lines of the joints and the chassis."""
+    fine, gone_to = finer(motion, step, fewest)
+    assert fine.travel.max() <= step + 1e-9
+    assert len(gone_to) == len(fine.phases) == len(fine.waypoints) == len(fine.Ts_site_base)
+    assert fine.phases == tuple(motion.phases[row] for row in gone_to)
+    np.testing.assert_array_equal(fine.stays, motion.stays[gone_to])
+    last = np.searchsorted(gone_to, np.arange(len(motion.phases)), side="right") - 1
+    for name in ("waypoints", "Ts_site_base"):
+        np.testing.assert_array_equal(getattr(fine, name)[last], getattr(motion, name))
+    for row, (begin, end) in enumerate(pairwise(last)):
+        count = end - begin
+        assert count == fewest or (count > fewest and motion.travel[row] / (count - 1) > step)
+        # the largest joint goes straight on, and the chassis too, about one axis: each part is as long as any other
+        np.testing.assert_allclose(fine.travel[begin:end], motion.travel[row] / count, atol=1e-12)
+        parts = [pin.log6(pin.SE3(inverse(a) @ b)) for a, b in pairwise(fine.Ts_site_base[begin : end + 1])]
+        turns = [np.linalg.norm(part.angular) for part in parts]
+        np.testing.assert_allclose(turns, turns[0], atol=1e-6)
+        ways = np.diff(fine.Ts_site_base[begin : end + 1, :3, 3], axis=0)
+        np.testing.assert_allclose(ways, np.tile(ways[0], (count, 1)), atol=1e-12)
 
 
 @given(motions(), st.floats(0.0, 1.0))

@@ -7,7 +7,6 @@ import pytest
 
 from footfall.planning.body.stand import stand
 from footfall.planning.scene.whole_body import GROUND_FAR, WholeBody
-from footfall.planning.walk import spare_along as along
 from footfall.planning.walk.spare_along import seen_before, spare_along
 from tests.support.chassis_ground import wavy
 from tests.support.short_walks import LEG, short_walk
@@ -87,11 +86,3 @@ def test_a_walk_without_foot_moves_has_no_ages(athlete, ground, walk):
     )
     assert not len(seen_before(athlete, ground, none))
     assert len(spare_along(athlete, ground, none)) == 1
-
-
-def test_samples_are_as_near_each_other_as_is_said(walk):
-    for first in range(len(walk.waypoints) - 1):
-        postures, poses, gone_to = along._dense(walk, first, first + 1)
-        assert np.abs(np.diff(postures, axis=0)).max() <= along.SAMPLING + 1e-9
-        assert len(postures) == len(poses) == len(gone_to)
-        assert postures[[0, -1]] == pytest.approx(walk.waypoints[[first, first + 1]], abs=1e-12)

@@ -29,6 +29,29 @@ def at(motion: Motion, moment: float) -> tuple[Array, Array]:
     return posture, base_path(T_from, T_to, np.array([share]))[0]
 
 
+def finer(motion: Motion, step: float, fewest: int = 1) -> tuple[Motion, NDArray[np.int64]]:
+    """A motion with rows between, evenly on each way; its own rows are in it bit for bit.
+
+    Args:
+        motion: any.
+        step: no joint changes by more from one row to the next [rad].
+        fewest: into so many parts at least the way to each row is cut.
+
+    Returns:
+        The same motion, and of each of its rows the number of the one that is gone to, (m,).
+    """
+    counts = np.maximum(np.ceil(motion.travel / step).astype(int), fewest)
+    waypoints, poses = [motion.waypoints[:1]], [motion.Ts_site_base[:1]]
+    for row, count in enumerate(counts):
+        (before, after), (T_from, T_to) = motion.waypoints[row : row + 2], motion.Ts_site_base[row : row + 2]
+        shares = np.arange(1, count + 1) / count
+        waypoints += [before + shares[:-1, None] * (after - before), after[None]]
+        poses.append(base_path(T_from, T_to, shares))
+    gone_to = np.repeat(np.arange(len(motion.phases)), [1, *counts])
+    phases = tuple(motion.phases[row] for row in gone_to)
+    return Motion(np.concatenate(waypoints), np.concatenate(poses), motion.stays[gone_to], phases), gone_to
+
+
 def base_path(T_from: Array, T_to: Array, fractions: Array) -> Array:
     """Chassis poses between two: the origin on a straight line, the turn about one axis.
 

@@ -10,7 +10,7 @@ from scipy.spatial.transform import Rotation
 
 from footfall.core.frames import inverse
 from footfall.core.progress import Progress
-from footfall.planning.between_rows import base_path
+from footfall.planning.between_rows import finer
 from footfall.planning.body.follow import unwrapped
 from footfall.planning.body.move import BodyMovePlan
 from footfall.planning.compliance.compliant_rover import CompliantRover, RestingRover
@@ -52,9 +52,11 @@ class BodyCourse:
         self.rover, self.robot, self.start = rover, rover.robot, start
         self.standing = start.touching
         self._holder = Holder(rover, start)
-        planned, shares = _finer(plan)
-        self.wanted = faded(start.T_site_base, planned, shares)
-        ends = self._ends(plan.waypoints[-1], settings.spare_friction, end)
+        motion = plan.motion
+        fine, _ = finer(motion, ROW, -(-FEWEST // (len(motion.phases) - 1)))
+        shares = np.linspace(0.0, 1.0, len(fine.phases))
+        self.wanted = faded(start.T_site_base, fine.Ts_site_base, shares)
+        ends = self._ends(fine.waypoints[-1], settings.spare_friction, end)
         if ends is None:
             raise Lost("no contact forces inside friction hold the rover where the chassis is to go")
         walker = Walker(rover, start, BODY, len(shares), progress)
@@ -109,16 +111,6 @@ def faded(T_site_base: Array, planned: Array, shares: Array) -> Array:
     out[:, :3, 3] += left * off
     out[:, :3, :3] = Rotation.from_rotvec(left * turned).as_matrix() @ planned[:, :3, :3]
     return out
-
-
-def _finer(plan: BodyMovePlan) -> tuple[Array, Array]:
-    """The plan's poses (n, 4, 4) with others between, no joint changing by more than ``ROW``; share of the way each."""
-    poses, rows = [plan.Ts_site_base[:1]], np.abs(np.diff(plan.waypoints, axis=0)).max(axis=1) / ROW
-    counts = np.maximum(np.ceil(rows).astype(int), -(-FEWEST // len(rows)))
-    for before, after, count in zip(plan.Ts_site_base[:-1], plan.Ts_site_base[1:], counts, strict=True):
-        poses.append(base_path(before, after, np.arange(1, count + 1) / count))
-    found = np.concatenate(poses)
-    return found, np.linspace(0.0, 1.0, len(found))
 
 
 def _nearest(robot: Robot, leg: int, T_base_wheel: Array, last: Array) -> Array:

@@ -8,6 +8,7 @@ from numpy.typing import NDArray
 
 from footfall.core.frames import apply
 from footfall.core.progress import Progress
+from footfall.planning.between_rows import finer
 from footfall.planning.compliance.compliant_rover import CompliantRover, RestingRover
 from footfall.planning.compliance.predict import advanced
 from footfall.planning.execution.execution_settings import ExecutionSettings
@@ -71,8 +72,8 @@ class Commander(ABC):
     ) -> None:
         self.rover, self.robot, self.start, self.plan, self.settings = rover, rover.robot, start, plan, settings
         self.leg, self.own = plan.leg, slice(6 * plan.leg, 6 * plan.leg + 6)
-        self.T_plan = np.asarray(plan.T_site_base)
-        self.postures, self.phases = _finer(plan)
+        fine, _ = finer(plan.motion, ROW)
+        self.T_plan, self.postures, self.phases = fine.Ts_site_base[0], fine.waypoints, fine.phases
         self.holder = Holder(rover, start)
         self.walker = Walker(rover, start, "unload", len(self.postures) + 3 * SHARES, progress)
         self.hubs = self._planned_hubs()
@@ -177,7 +178,7 @@ class AsCommanded(Commander):
 
     def unload(self) -> None:
         """Commands the posture of the plan's first waypoint, without the deflection that the leg had."""
-        self._leg_to(self.plan.waypoints[0][self.own], "unload")
+        self._leg_to(self.postures[0][self.own], "unload")
 
     def carry(self, i: int) -> None:
         """Commands the planned posture of sample ``i``."""
@@ -192,8 +193,8 @@ class AsCommanded(Commander):
 
     def load(self) -> None:
         """Commands the plan's last posture with the deflection that the loaded leg had at first."""
-        deflection = self.start.commanded[self.own] - self.plan.waypoints[0][self.own]
-        self._leg_to(self.plan.waypoints[-1][self.own] + deflection, "load")
+        deflection = self.start.commanded[self.own] - self.postures[0][self.own]
+        self._leg_to(self.postures[-1][self.own] + deflection, "load")
 
     def _leg_to(self, q: Array, phase: str) -> None:
         target = self.walker.rest.commanded.copy()
@@ -378,14 +379,3 @@ def _with(posture: Array, other: Array, own: slice) -> Array:
     out = posture.copy()
     out[own] = other[own]
     return out
-
-
-def _finer(plan: StepPlan) -> tuple[Array, tuple[str, ...]]:
-    """The plan's waypoints with others between, no joint changing by more than ``ROW``."""
-    postures, phases = [np.array(plan.waypoints[0])], [plan.phases[0]]
-    for before, after, phase in zip(plan.waypoints[:-1], plan.waypoints[1:], plan.phases[1:], strict=True):
-        count = max(1, int(np.ceil(np.abs(after - before).max() / ROW)))
-        for part in range(1, count + 1):
-            postures.append(after if part == count else before + part / count * (after - before))
-            phases.append(phase)
-    return np.array(postures), tuple(phases)

@@ -10,8 +10,8 @@ import numpy as np
 from numpy.typing import NDArray
 
 from footfall.planning.answers import No
-from footfall.planning.between_rows import base_path
-from footfall.planning.joint_path import samples
+from footfall.planning.between_rows import finer
+from footfall.planning.motion import Motion
 from footfall.planning.scene.ground import nearby, touch_radius
 from footfall.planning.scene.whole_body import GROUND_FAR, NOTHING, WholeBody
 from footfall.planning.walk.ground_cost import oldest_under
@@ -55,15 +55,16 @@ def spare_along(robot: Robot, dem: Dem, plan: WalkPlan) -> tuple[PartSpare, ...]
     Returns:
         One for each part, in their order.
     """
+    motion = plan.motion
     found, bodies = [], dict[int, WholeBody | No]()
-    for move, phase, first, last in _parts(plan):
+    for move, first, last in _parts(plan):
         if move not in bodies:
             bodies = {move: _body_in(robot, dem, plan, move)}
         body = bodies[move]
         if isinstance(body, No):
             found.append(PartSpare(first, last, np.nan, first, body.reason))
         else:
-            found.append(_spare(body, plan, move, phase, first, last))
+            found.append(_spare(body, motion, first, last))
     return tuple(found)
 
 
@@ -84,11 +85,11 @@ def seen_before(robot: Robot, dem: Dem, plan: WalkPlan) -> Array:
     return oldest_under(dem, put, robot.wheel_radius)
 
 
-def _parts(plan: WalkPlan) -> list[tuple[int, str, int, int]]:
-    """Foot move, phase, first and last waypoint of each part."""
+def _parts(plan: WalkPlan) -> list[tuple[int, int, int]]:
+    """Foot move, first and last waypoint of each part."""
     rows = range(1, len(plan.waypoints))
     runs = [(key, list(run)) for key, run in groupby(rows, lambda row: (int(plan.moves[row]), plan.phases[row]))]
-    return [(move, phase, run[0] - 1, run[-1]) for (move, phase), run in runs]
+    return [(move, run[0] - 1, run[-1]) for (move, _), run in runs]
 
 
 def _body_in(robot: Robot, dem: Dem, plan: WalkPlan, move: int) -> WholeBody | No:
@@ -101,27 +102,15 @@ def _body_in(robot: Robot, dem: Dem, plan: WalkPlan, move: int) -> WholeBody | N
     return ground if isinstance(ground, No) else WholeBody(robot, ground)
 
 
-def _spare(body: WholeBody, plan: WalkPlan, move: int, phase: str, first: int, last: int) -> PartSpare:
-    postures, Ts_site_base, gone_to = _dense(plan, first, last)
-    Ts_base_link = body.poses(postures)
-    swings = plan.legs[move] if phase == SWING else None
-    on_ground = {link_name(leg, "wheel") for leg in body.robot.legs if leg != swings}
+def _spare(body: WholeBody, motion: Motion, first: int, last: int) -> PartSpare:
+    fine, gone_to = finer(motion.rows(range(first, last + 1)), SAMPLING)
+    Ts_base_link = body.poses(fine.waypoints)
+    swings = motion.lifted(last) if motion.phases[last] == SWING else ()
+    on_ground = {link_name(leg, "wheel") for leg in body.robot.legs if leg not in swings}
     links = [link for link in body.links if link not in on_ground]
-    over = body.ground_at_least(Ts_site_base[:, None] @ Ts_base_link, links)
+    over = body.ground_at_least(fine.Ts_site_base[:, None] @ Ts_base_link, links)
     nearest = min(over, body.own_at_least(Ts_base_link), key=lambda one: one.gap.spare)
     spare, between = nearest.gap.spare, nearest.gap.between
     if spare >= GROUND_FAR:
         return PartSpare(first, last, GROUND_FAR, last, NOTHING)
-    return PartSpare(first, last, spare if np.isfinite(spare) else np.nan, int(gone_to[nearest.at]), between)
-
-
-def _dense(plan: WalkPlan, first: int, last: int) -> tuple[Array, Array, NDArray[np.int64]]:
-    """Postures (n, legs × 6), poses of the chassis (n, 4, 4), and the waypoint that is gone to, (n,)."""
-    postures, poses, gone_to = [plan.waypoints[first : first + 1]], [plan.Ts_site_base[first : first + 1]], [[first]]
-    for end in range(first + 1, last + 1):
-        inner = list(samples(plan.waypoints[end - 1], plan.waypoints[end], SAMPLING))[1:]
-        postures.append(np.array([q for _, q in inner]))
-        shares = np.array([share for share, _ in inner])
-        poses.append(base_path(plan.Ts_site_base[end - 1], plan.Ts_site_base[end], shares))
-        gone_to.append([end] * len(inner))
-    return np.concatenate(postures), np.concatenate(poses), np.concatenate(gone_to)
+    return PartSpare(first, last, spare if np.isfinite(spare) else np.nan, first + int(gone_to[nearest.at]), between)

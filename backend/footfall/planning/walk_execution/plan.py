@@ -174,8 +174,8 @@ class _Way:
 
     def _part(self, called: str, plan: Part, end: str, progress: Progress) -> BodyExecution | Execution | No:
         progress(0.0, "looking at the ground")
-        T_site_base = plan.T_site_base if isinstance(plan, StepPlan) else plan.Ts_site_base[0]
-        away = off_walk(self.robot, self.state, plan.waypoints[0], T_site_base)
+        motion = plan.motion
+        away = off_walk(self.robot, self.state, motion.waypoints[0], motion.Ts_site_base[0])
         if away:
             return No(Status.START_INVALID, f"{away}; plan a walk from there")
         # the rest that the part before ended in; of the first part the measured one
