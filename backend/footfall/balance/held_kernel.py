@@ -22,7 +22,7 @@ from footfall.balance.tether_kernel import MOST, easiest_pull, fill_change, fill
 from footfall.balance.torque_kernel import least_ratio
 from footfall.balance.trial_forces_kernel import approach_bounds, inside_cones, smallest_forces, spread_of
 from footfall.compiled import njit
-from footfall.robot.leg_frames import PART_COUNT
+from footfall.robot.leg_frames import JOINT_AXES, PART_COUNT
 
 Array = NDArray[np.float64]
 
@@ -302,12 +302,6 @@ def _row(R, row, x, y, z):
 
 
 @njit()
-def axis_of(joint: int) -> int:
-    """Which column of its link's rotation a joint's axis is: z, y, y, x, y, x."""
-    return 2 if joint == 0 else (0 if joint == 3 or joint == 5 else 1)
-
-
-@njit()
 def _largest(poses, contacts, standing, tables, room, weight):
     """Largest share of a torque limit over all joints with the forces on the feet."""
     R, forces, largest, foot = tables.R_level_site, room.forces, 0.0, 0
@@ -350,7 +344,7 @@ def _share(leg, poses, contacts, standing, tables, beyond, fx, fy, fz):
         if standing[leg]:
             px, py, pz = contacts[leg, 0] - x, contacts[leg, 1] - y, contacts[leg, 2] - z
             mx, my, mz = mx - (py * fz - pz * fy), my - (pz * fx - px * fz), mz - (px * fy - py * fx)
-        axis = axis_of(joint)
+        axis = JOINT_AXES[joint]
         torque = pose[0, axis] * mx + pose[1, axis] * my + pose[2, axis] * mz
         largest = max(largest, abs(torque) / limits[leg, joint])
     return largest
@@ -366,7 +360,7 @@ def _fill_effects(poses, contacts, standing, tables, room, weight):
         if not standing[leg]:
             continue
         for joint in range(6):
-            pose, axis = poses[PART_COUNT * leg + joint], axis_of(joint)
+            pose, axis = poses[PART_COUNT * leg + joint], JOINT_AXES[joint]
             ax, ay, az = pose[0, axis], pose[1, axis], pose[2, axis]
             x, y, z, m = pose[0, 3], pose[1, 3], pose[2, 3], beyond[leg, joint, 3]
             gx, gy, gz = beyond[leg, joint, 0] - m * x, beyond[leg, joint, 1] - m * y, beyond[leg, joint, 2] - m * z

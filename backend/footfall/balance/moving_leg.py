@@ -7,13 +7,12 @@ from numpy.typing import ArrayLike, NDArray
 
 from footfall.core.errors import InvalidInput
 from footfall.robot.chain_kernel import chain_gravity_torques, chain_moments, chain_poses
-from footfall.robot.description import JOINTS
 from footfall.robot.kinematics import center_of_mass
+from footfall.robot.leg_frames import JOINT_AXES
 from footfall.robot.model import Robot
 
 Array = NDArray[np.float64]
 
-_AXES = np.array(["xyz".index(axis) for _, axis in JOINTS])
 _KEPT = 24
 """Legs whose constants are remembered."""
 
@@ -82,7 +81,7 @@ def leg_links(robot: Robot, leg: int, qs: Array) -> tuple[Array, Array]:
     Returns:
         Origins (n, 6, 3) [m] and rotations (n, 6, 3, 3), in base.
     """
-    poses = chain_poses(_placements(robot, leg), _AXES, np.ascontiguousarray(qs, float))
+    poses = chain_poses(_placements(robot, leg), JOINT_AXES, np.ascontiguousarray(qs, float))
     return poses[..., :3, 3], poses[..., :3, :3]
 
 
@@ -102,7 +101,7 @@ def leg_bodies(robot: Robot, leg: int) -> tuple[Array, Array]:
 
 def joint_axes(rotations: Array) -> Array:
     """Directions of the joints' axes in base, (n, 6, 3); rotations: see :func:`leg_links`."""
-    return np.stack([rotations[:, i, :, "xyz".index(axis)] for i, (_, axis) in enumerate(JOINTS)], axis=1)
+    return np.stack([rotations[:, i, :, axis] for i, axis in enumerate(JOINT_AXES)], axis=1)
 
 
 def gravity_torques(robot: Robot, leg: int, qs: Array, up_base: Array, gravity: float) -> Array:
@@ -120,9 +119,9 @@ def gravity_torques(robot: Robot, leg: int, qs: Array, up_base: Array, gravity: 
     """
     placements, (masses, centers) = _placements(robot, leg), leg_bodies(robot, leg)
     up = np.ascontiguousarray(up_base)
-    return chain_gravity_torques(placements, _AXES, masses, centers, up, gravity, np.ascontiguousarray(qs, float))
+    return chain_gravity_torques(placements, JOINT_AXES, masses, centers, up, gravity, np.ascontiguousarray(qs, float))
 
 
 def _first_moments(robot: Robot, leg: int, qs: Array) -> Array:
     """Σ mass × position of the leg's bodies in base, (n, 3) [kg·m]."""
-    return chain_moments(_placements(robot, leg), _AXES, *leg_bodies(robot, leg), np.ascontiguousarray(qs, float))
+    return chain_moments(_placements(robot, leg), JOINT_AXES, *leg_bodies(robot, leg), np.ascontiguousarray(qs, float))

@@ -21,6 +21,7 @@ from footfall.robot.clearance import LegClearance, clearance_ground, leg_reach
 from footfall.robot.collision import TERRAIN
 from footfall.robot.description import PARTS
 from footfall.robot.first_contact import NamingScene
+from footfall.robot.leg_branches import bend_of
 from footfall.robot.leg_overlap import LegOverlap
 from footfall.robot.model import Robot
 from footfall.robot.obstacles import CHASSIS, LEG, NOTHING, SELF
@@ -221,7 +222,7 @@ class LegCollisions:
         """
         if not self.half_turn_alike or not len(cell):
             return np.zeros(len(cell), bool)
-        key = (cell * 4 + branch // 2) * 2 + (way == _NONE)
+        key = (cell * 4 + bend_of(branch)) * 2 + (way == _NONE)
         _, earliest = np.unique(key, return_index=True)
         repeated = np.ones(len(cell), bool)
         repeated[earliest] = False

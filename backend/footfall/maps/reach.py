@@ -23,7 +23,8 @@ from footfall.maps.normals import cell_normals
 from footfall.maps.reach_classes import JOINT_LIMIT, NO_GEOMETRY, OUT_OF_RANGE, UNKNOWN, explained
 from footfall.maps.wheel_seat import wheel_seat
 from footfall.robot import ik_kernel
-from footfall.robot.ik import BRANCHES, leg_azimuth
+from footfall.robot.ik import leg_azimuth
+from footfall.robot.leg_branches import BRANCHES
 from footfall.robot.leg_frames import leg_lengths, wheel_axles
 from footfall.robot.model import Robot
 from footfall.telemetry.state import RobotState

@@ -2,7 +2,7 @@
 
 After the hip yaw, hip pitch and knee pitch are a planar 2R to the ankle centre; knee roll, ankle pitch
 and ankle roll meet there as an x-y-x wrist. A wheel pose has two solutions of each, so eight
-*branches*. The branch id is ``4 · shoulder + 2 · elbow + wrist``:
+*branches*, numbered by shoulder, elbow and wrist (leg_branches.py):
 
 - shoulder 0: the leg's plane points at the ankle; 1: it points away and the leg reaches back over the hip;
 - elbow 0: knee pitch ≥ 0 (outer leg bends down); 1: knee pitch < 0;
@@ -21,8 +21,8 @@ from numpy.typing import ArrayLike, NDArray
 from footfall.core.errors import InvalidInput
 from footfall.core.frames import inverse
 from footfall.robot import ik_kernel
-from footfall.robot.ik_kernel import BRANCHES
 from footfall.robot.kinematics import wheel_pose
+from footfall.robot.leg_branches import BRANCHES
 from footfall.robot.leg_frames import leg_lengths
 from footfall.robot.model import Robot
 

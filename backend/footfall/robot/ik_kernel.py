@@ -12,13 +12,14 @@ import math
 
 import numpy as np
 from numba import prange
+from numba.extending import register_jitable
 from numpy.typing import NDArray
 
 from footfall.compiled import njit
+from footfall.robot.leg_branches import BRANCHES, bend_of, branch_number, elbow_of, shoulder_of, wrist_of
 from footfall.robot.leg_frames import FOOT, HIP_X, HIP_Z, PART_COUNT, SHANK, THIGH, leg_frames, manipulability
 
 Array = NDArray[np.float64]
-BRANCHES = 8
 ALL = -1
 """In place of a branch: every one."""
 SINGULAR = 1e-12
@@ -27,6 +28,9 @@ STRAIGHT = 1e-9
 """The same for a wheel whose heading is free: any knee roll then leans it by no more than this [rad]."""
 LIMIT_SLACK = 1e-9  # rad: a joint exactly at its limit survives the rounding of its solution
 NO_JOINT = 255
+
+for _function in (branch_number, bend_of, shoulder_of, elbow_of, wrist_of):
+    register_jitable(inline="always")(_function)
 
 
 @njit()
@@ -45,10 +49,16 @@ def into_limits(angle: float, lower: float, upper: float) -> tuple[float, float]
 
 
 @njit(inline="always")
-def _of_two(branch: int, weight: int) -> tuple[int, int]:
-    """First and last + 1 of two configurations that a branch has, or of ALL."""
-    one = branch // weight % 2
+def _of_two(branch: int, one: int) -> tuple[int, int]:
+    """First and last + 1 of two configurations: only ``one`` for a branch, both for ALL."""
     return (0, 2) if branch < 0 else (one, one + 1)
+
+
+@njit(inline="always")
+def _in_knee(c0: float, s0: float, c: float, s: float, v: Array) -> tuple[float, float, float]:
+    """A direction in the frame of the bent knee, R_hip_kneeᵀ v: by the hip's yaw (c0, s0) and the pitches (c, s)."""
+    forward = c0 * v[0] + s0 * v[1]
+    return c * forward - s * v[2], c0 * v[1] - s0 * v[0], s * forward + c * v[2]
 
 
 @njit()
@@ -63,7 +73,8 @@ def five_joints(lengths: Array, ankle: Array, x: Array, only: int, angles: Array
     away = math.hypot(ankle[0], ankle[1])
     down = lengths[HIP_Z] - ankle[2]
     l1, l2 = lengths[THIGH], lengths[SHANK]
-    shoulders, elbows, wrists = _of_two(only, 4), _of_two(only, 2), _of_two(only, 1)
+    shoulders, elbows = _of_two(only, shoulder_of(only)), _of_two(only, elbow_of(only))
+    wrists = _of_two(only, wrist_of(only))
     for shoulder in range(shoulders[0], shoulders[1]):
         q0 = yaw + math.pi * shoulder
         out = (away if shoulder == 0 else -away) - lengths[HIP_X]
@@ -78,16 +89,14 @@ def five_joints(lengths: Array, ankle: Array, x: Array, only: int, angles: Array
             q2 = bend if elbow == 0 else -bend
             q1 = math.atan2(down, out) - math.atan2(l2 * math.sin(q2), l1 + l2 * math.cos(q2))
             c, s = math.cos(q1 + q2), math.sin(q1 + q2)
-            forward = c0 * x[0] + s0 * x[1]
-            # x in the frame of the bent knee, R_hip_kneeᵀ x
-            along, left, up = c * forward - s * x[2], c0 * x[1] - s0 * x[0], s * forward + c * x[2]
+            along, left, up = _in_knee(c0, s0, c, s, x)
             sin_pitch = math.hypot(left, up)
             pitch = math.atan2(sin_pitch, along)
             roll = 0.0
             if sin_pitch > SINGULAR:
                 roll = math.atan2(left, -up)
             for wrist in range(wrists[0], wrists[1]):
-                row = angles[4 * shoulder + 2 * elbow + wrist]
+                row = angles[branch_number(2 * shoulder + elbow, wrist)]
                 row[0], row[1], row[2] = q0, q1, q2
                 row[3] = roll + math.pi * wrist
                 row[4] = -pitch if wrist else pitch
@@ -100,8 +109,7 @@ def last_joint(angles: Array, axle: Array) -> float:
     """Ankle roll [rad] that turns the wheel's y to ``axle`` (3,), after five joints (5,)."""
     c0, s0 = math.cos(angles[0]), math.sin(angles[0])
     c, s = math.cos(angles[1] + angles[2]), math.sin(angles[1] + angles[2])
-    forward = c0 * axle[0] + s0 * axle[1]
-    along, left, up = c * forward - s * axle[2], c0 * axle[1] - s0 * axle[0], s * forward + c * axle[2]
+    along, left, up = _in_knee(c0, s0, c, s, axle)
     ca, sa = math.cos(angles[3]), math.sin(angles[3])
     cb, sb = math.cos(angles[4]), math.sin(angles[4])
     # what the five joints leave over: near a straight wrist an error of the knee roll is undone here
@@ -213,7 +221,7 @@ def solve_upright(
             if math.isnan(angles[branch, 0]):
                 continue
             straight = abs(math.sin(angles[branch, 4])) <= STRAIGHT
-            if straight and branch % 2 == 1:
+            if straight and wrist_of(branch) == 1:
                 continue
             spare, most, farthest = own_turn, 0.0, NO_JOINT
             for k in range(5):
@@ -286,7 +294,7 @@ def solve_raised(
         least = np.inf
         found = np.empty(6)
         for wrist in range(2):
-            five = angles[2 * (branch[i] // 2) + wrist]
+            five = angles[branch_number(bend_of(branch[i]), wrist)]
             if math.isnan(five[0]):
                 continue
             inside, away = True, 0.0

@@ -10,7 +10,7 @@ from numpy.typing import NDArray
 from footfall.compiled import njit
 from footfall.robot.drum_kernel import MOST, RADIUS, REQUIRED, drum_above
 from footfall.robot.ground_tables import needed_height
-from footfall.robot.leg_frames import PART_COUNT, leg_frames
+from footfall.robot.leg_frames import JOINT_AXES, PART_COUNT, leg_frames
 from footfall.robot.separation import SCRATCH, apart
 from footfall.robot.shells import CENTER, REACH
 
@@ -130,7 +130,7 @@ def _motion(turns: Array, poses: Array, shells: Array, reach: Array, moved: Arra
             at[row] = coordinate(poses, part, shells, part, CENTER, row)
         moved[part] = 0.0
         for joint in range(min(part, 5), -1, -1):
-            axis = 2 if joint == 0 else (0 if joint == 3 or joint == 5 else 1)
+            axis = JOINT_AXES[joint]
             ax, ay, az = poses[joint, 0, axis], poses[joint, 1, axis], poses[joint, 2, axis]
             x, y, z = at[0] - poses[joint, 0, 3], at[1] - poses[joint, 1, 3], at[2] - poses[joint, 2, 3]
             away = math.sqrt((ay * z - az * y) ** 2 + (az * x - ax * z) ** 2 + (ax * y - ay * x) ** 2)

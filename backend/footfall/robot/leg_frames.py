@@ -8,11 +8,13 @@ import numpy as np
 from numpy.typing import NDArray
 
 from footfall.compiled import njit
-from footfall.robot.description import PARTS, Leg
+from footfall.robot.description import JOINTS, PARTS, Leg
 
 Array = NDArray[np.float64]
 HIP_X, HIP_Z, THIGH, SHANK, FOOT = range(5)
 PART_COUNT = len(PARTS)
+JOINT_AXES = np.array(["xyz".index(axis) for _, axis in JOINTS])
+"""(6,) which column of its link's rotation is a joint's axis: 0, 1, 2 for x, y, z."""
 
 
 def leg_lengths(leg: Leg) -> Array:
@@ -80,7 +82,7 @@ def _turn_y(R: Array, angle: float, out: Array) -> None:
 def manipulability(rotations: Array, origins: Array, radius: float) -> float:
     """Manipulability √det(J Jᵀ) of the 3 × 6 Jacobian of the rim point straight below the wheel's centre.
 
-    Yoshikawa, "Manipulability of robotic mechanisms" (1985). Joint axes in order: z, y, y, x, y, x of their links.
+    Yoshikawa, "Manipulability of robotic mechanisms" (1985).
 
     Args:
         rotations: R_hip_link, (7, 3, 3).
@@ -95,7 +97,7 @@ def manipulability(rotations: Array, origins: Array, radius: float) -> float:
     z = origins[6, 2] + radius * rotations[6, 2, 0]
     xx = xy = xz = yy = yz = zz = 0.0
     for joint in range(6):
-        axis = 2 if joint == 0 else (0 if joint == 3 or joint == 5 else 1)
+        axis = JOINT_AXES[joint]
         ax, ay, az = rotations[joint, 0, axis], rotations[joint, 1, axis], rotations[joint, 2, axis]
         px, py, pz = x - origins[joint, 0], y - origins[joint, 1], z - origins[joint, 2]
         jx, jy, jz = ay * pz - az * py, az * px - ax * pz, ax * py - ay * px

@@ -15,7 +15,7 @@ from footfall.compiled import njit
 from footfall.robot.drum_kernel import MOST, NONE, RADIUS, REQUIRED, drum_above
 from footfall.robot.ground_tables import needed_height
 from footfall.robot.leg_clearance_kernel import LegTables, coordinate, within
-from footfall.robot.leg_frames import FOOT, HIP_X, HIP_Z, PART_COUNT, SHANK, THIGH
+from footfall.robot.leg_frames import FOOT, HIP_X, HIP_Z, JOINT_AXES, PART_COUNT, SHANK, THIGH
 from footfall.robot.separation import SCRATCH, apart_by
 from footfall.robot.shells import CENTER, REACH
 
@@ -115,7 +115,7 @@ def _twists(d: Array, poses: Array, twists: Array) -> None:
             own[4] = last[4] + last[2] * rx - last[0] * rz
             own[5] = last[5] + last[0] * ry - last[1] * rx
         if part < 6:
-            axis = 2 if part == 0 else (0 if part == 3 or part == 5 else 1)
+            axis = JOINT_AXES[part]
             for row in range(3):
                 own[row] += d[part] * poses[part, row, axis]
 

@@ -8,8 +8,8 @@ from footfall.balance.forces import distribute
 from footfall.balance.friction import FRICTION
 from footfall.core.errors import InvalidInput
 from footfall.core.frames import apply
-from footfall.robot.description import JOINTS
 from footfall.robot.kinematics import center_of_mass, gravity_torques, leg_link_poses
+from footfall.robot.leg_frames import JOINT_AXES
 from footfall.robot.model import Robot
 from footfall.sequence.feet import feet
 from footfall.terrain.dem import Dem
@@ -72,7 +72,7 @@ def contact_jacobian(robot: Robot, posture: Array, leg: int, point: Array) -> Ar
     """
     Ts_base_link = leg_link_poses(robot, posture[6 * leg : 6 * leg + 6], leg)
     columns = []
-    for name, (_, axis) in zip(robot.description.legs[leg].link_names, JOINTS, strict=False):
+    for name, axis in zip(robot.description.legs[leg].link_names, JOINT_AXES, strict=False):
         T = Ts_base_link[name]
-        columns.append(np.cross(T[:3, "xyz".index(axis)], point - T[:3, 3]))
+        columns.append(np.cross(T[:3, axis], point - T[:3, 3]))
     return np.column_stack(columns)

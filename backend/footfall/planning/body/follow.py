@@ -15,7 +15,7 @@ from numpy.typing import NDArray
 from footfall.core.frames import apply, inverse
 from footfall.planning.between_rows import base_path
 from footfall.planning.scene.lift import LARGEST_STEP
-from footfall.planning.scene.unreached import shortfalls
+from footfall.planning.scene.unreached import ankle_distances, shortfalls
 from footfall.robot.ik import solve_leg
 from footfall.robot.kinematics import wheel_pose
 from footfall.robot.limits import farthest_past, room_to_limits
@@ -204,10 +204,7 @@ class _Walk:
 
 def _which(robot: Robot, leg: int, T_base_wheel: Array, back: bool) -> str:
     """Whether a leg that can't reach is too short for it or too long, for a sentence."""
-    spec = robot.description.legs[leg]
-    ankle = apply(inverse(spec.T_base_hip), T_base_wheel[:3, 3] - spec.foot * T_base_wheel[:3, 0])
-    reach = math.hypot(ankle[0], ankle[1]) * (-1.0 if back else 1.0)
-    away = math.hypot(reach - spec.hip_offset[0], ankle[2] - spec.hip_offset[2])
+    away, spec = ankle_distances(robot, leg, T_base_wheel[None], back)[0], robot.description.legs[leg]
     return "short to keep its wheel where it stands" if away > spec.thigh else "long to fold that far"
 
 

@@ -28,6 +28,7 @@ from footfall.planning.scene.unreached import shortfalls
 from footfall.robot.description import link_name
 from footfall.robot.ik import leg_azimuth, solve_leg, wheel_pose_for_contact
 from footfall.robot.kinematics import center_of_mass, wheel_pose
+from footfall.robot.leg_branches import bend_of, branch_number, wrist_of
 from footfall.robot.reserve import joint_reserves, reach_reserves
 from footfall.terrain.dem import Dem
 
@@ -161,7 +162,7 @@ class StepViolations:
         rows = np.arange(count)
         last = np.tile(self._posture[6 * place.leg : 6 * place.leg + 6], (count, 1))
         foot = _foot_direction(last)
-        wrist = np.full(count, self._branches[place.leg] % 2)
+        wrist = np.full(count, wrist_of(self._branches[place.leg]))
         short = np.zeros(count)
         for poses in Ts_base_site:
             ends = poses is Ts_base_site[-1]
@@ -184,7 +185,7 @@ class StepViolations:
         """Angles (n, 2, 6) of both wrists, NaN out of reach; how much too far the wheel is, with a spare [m], (n,)."""
         robot, leg = self.stance.robot, place.leg
         Ts_base_wheel = Ts_base_site @ place.T_site_wheel
-        pair = 2 * (self._branches[leg] // 2)  # shoulder and elbow stay
+        pair = branch_number(bend_of(self._branches[leg]), 0)
         back = reaches_back(robot, leg, self._posture[6 * leg : 6 * leg + 6])
         stretch = shortfalls(robot, leg, Ts_base_wheel, back)
         return solve_leg(robot, leg, Ts_base_wheel).q[:, pair : pair + 2], np.maximum(stretch + spare, 0.0)

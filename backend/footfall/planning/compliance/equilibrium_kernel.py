@@ -11,7 +11,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from footfall.compiled import njit
-from footfall.robot.leg_frames import PART_COUNT, leg_frames
+from footfall.robot.leg_frames import JOINT_AXES, PART_COUNT, leg_frames
 
 Array = NDArray[np.float64]
 
@@ -120,9 +120,8 @@ def leg_in_site(
     mass = 0.0
     first = np.zeros(3)
     for joint in range(5, -1, -1):
-        column = 2 if joint == 0 else (0 if joint == 3 or joint == 5 else 1)
         d = 3 + joint
-        local[:] = rotations[joint, :, column]
+        local[:] = rotations[joint, :, JOINT_AXES[joint]]
         _times(R, local, axes[d])
         _times(R, places[joint], origins[d])
         origins[d] += hip

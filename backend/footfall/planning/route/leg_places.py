@@ -14,7 +14,8 @@ from footfall.core.errors import InvalidInput
 from footfall.planning.body.move import JOINT_RESERVE, REACH_RESERVE
 from footfall.planning.route.cost import reach
 from footfall.robot.description import link_name
-from footfall.robot.ik import BRANCHES, solve_leg, wheel_pose_for_contact
+from footfall.robot.ik import solve_leg, wheel_pose_for_contact
+from footfall.robot.leg_branches import BRANCHES
 from footfall.robot.model import Robot
 from footfall.robot.reserve import joint_reserves, reach_reserves
 

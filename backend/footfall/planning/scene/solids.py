@@ -16,8 +16,9 @@ from footfall.core.mesh import Mesh
 from footfall.planning.scene.nearness_kernel import pair_bounds
 from footfall.robot.bvh import bvh
 from footfall.robot.chain_kernel import FIXED, chain_poses
-from footfall.robot.description import JOINTS, PARTS, link_name
+from footfall.robot.description import PARTS, link_name
 from footfall.robot.kinematics import link_poses
+from footfall.robot.leg_frames import JOINT_AXES
 from footfall.robot.model import Robot
 from footfall.robot.shapes import box
 from footfall.robot.shells import point_shells
@@ -65,7 +66,7 @@ def leg_chain(robot: Robot, leg: int) -> tuple[Array, NDArray[np.int64]]:
     return _placements(robot, leg), _AXES
 
 
-_AXES = np.array([*("xyz".index(axis) for _, axis in JOINTS), FIXED])
+_AXES = np.array([*JOINT_AXES, FIXED])
 
 
 @lru_cache(maxsize=24)

@@ -46,8 +46,23 @@ def shortfalls(robot: Robot, leg: int, Ts_base_wheel: Array, back: bool) -> Arra
     Returns:
         (n,) [m]; at most 0 where the leg reaches.
     """
+    spec, away = robot.description.legs[leg], ankle_distances(robot, leg, Ts_base_wheel, back)
+    return np.maximum(away - spec.thigh - spec.shank, abs(spec.thigh - spec.shank) - away)
+
+
+def ankle_distances(robot: Robot, leg: int, Ts_base_wheel: Array, back: bool) -> Array:
+    """How far the ankle is from the hip pitch joint where the hip's yaw has turned the leg's plane to it.
+
+    Args:
+        robot: the rover.
+        leg: number of the leg, from 0.
+        Ts_base_wheel: poses of the wheel, (n, 4, 4).
+        back: whether the leg reaches back over its hip (shoulder 1).
+
+    Returns:
+        (n,) [m].
+    """
     spec = robot.description.legs[leg]
     ankles = apply(inverse(spec.T_base_hip), Ts_base_wheel[:, :3, 3] - spec.foot * Ts_base_wheel[:, :3, 0])
     reach = np.hypot(ankles[:, 0], ankles[:, 1]) * (-1.0 if back else 1.0)
-    away = np.hypot(reach - spec.hip_offset[0], ankles[:, 2] - spec.hip_offset[2])
-    return np.maximum(away - spec.thigh - spec.shank, abs(spec.thigh - spec.shank) - away)
+    return np.hypot(reach - spec.hip_offset[0], ankles[:, 2] - spec.hip_offset[2])

@@ -4,8 +4,8 @@ from collections.abc import Mapping
 from dataclasses import replace
 
 from footfall.core.errors import InvalidInput
-from footfall.planning.step.branches import bend_text, other_knee
 from footfall.planning.step.problem import StepPlan, StepSettings
+from footfall.robot.leg_branches import bend_text, other_knee
 
 HIGHER = 0.1
 """How much higher the wheel is lifted [m]."""

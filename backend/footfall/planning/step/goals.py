@@ -11,7 +11,6 @@ from footfall.maps.standing import SAME_PLACE, contacts
 from footfall.planning.scene.ground import Contact
 from footfall.planning.scene.lift import branch_of, vertical
 from footfall.planning.scene.unreached import unreached
-from footfall.planning.step.branches import bend_text
 from footfall.planning.step.footing import LegStance
 from footfall.planning.step.held import unheld
 from footfall.planning.step.problem import Decision
@@ -19,6 +18,7 @@ from footfall.planning.step.rise import blocked_rise, rises, space_of
 from footfall.planning.step.situation import TRUE, Situation
 from footfall.planning.step.target import Candidate, candidates, upright_poses
 from footfall.planning.watch import Watch
+from footfall.robot.leg_branches import bend_of, bend_text, branch_number
 
 Array = NDArray[np.float64]
 
@@ -53,7 +53,7 @@ class Goals:
         branch, asked = branch_of(situation.robot, situation.leg, q_start), situation.settings.branch
         everyone = candidates(situation.robot, situation.leg, contact, situation.T_site_base, q_start, branch)
         self._q_start = q_start
-        by_motion = [one for one in everyone if asked is None or one.branch // 2 == asked // 2]
+        by_motion = [one for one in everyone if asked is None or bend_of(one.branch) == bend_of(asked)]
         self._possible = by_motion
         self._spare: list[float] = []
         if situation.settings.goals == "clearance":
@@ -155,10 +155,11 @@ class Goals:
         leg, (x, y, _) = self._situation.leg, contact.point
         asked = self._situation.settings.branch
         if everyone and asked is not None:
-            others = sorted({one.branch // 2 for one in everyone})
+            bends = sorted({bend_of(one.branch) for one in everyone})
+            others = " or ".join(bend_text(branch_number(bend, 0)) for bend in bends)
             return (
                 f"leg {leg} can't stand at ({x:z.2f}, {y:z.2f}) with {bend_text(asked)}, only with "
-                f"{' or '.join(bend_text(2 * one) for one in others)}; ask for that branch, or leave it open"
+                f"{others}; ask for that branch, or leave it open"
             )
         away, reach = float(np.linalg.norm(contact.point - stance.hip)), stance.reach
         advice = "choose a footfall that the reach map shows green"

@@ -14,6 +14,7 @@ from footfall.core.value import LATER, Provenance, Value, before, value
 from footfall.maps.layers import LIFT, RAISE_TERRAIN
 from footfall.planning.answers import Check, Status, require_answer
 from footfall.planning.motion import Motion
+from footfall.robot.leg_branches import BRANCHES
 
 PLANNERS: Mapping[str, str] = {
     "auto": "line, then fast, then astar, then sbl: the first that leads to a plan that passes every check",
@@ -32,8 +33,6 @@ GOAL_ORDERS: Mapping[str, str] = {
     "clearance": "the posture with the most room at the footfall first, however far the leg has to move",
 }
 """Orders in which postures at the footfall are tried, with what comes first in each."""
-BRANCHES = 8
-"""Branches of a leg's inverse kinematics."""
 MOST_THROUGH = 20
 """Points that one swing may be asked to pass."""
 

@@ -9,6 +9,7 @@ from footfall.core.frames import apply, inverse
 from footfall.planning.scene.ground import Contact
 from footfall.planning.scene.lean_kernel import lean_onto
 from footfall.robot.ik import leg_azimuth, solve_leg, wheel_pose_for_contact
+from footfall.robot.leg_branches import bend_of
 from footfall.robot.model import Robot
 
 Array = NDArray[np.float64]
@@ -72,7 +73,7 @@ def candidates(
     qs = solved.q[poses, branches]
     turned, lean = turns[poses], leans[poses]
     away = np.abs(qs - q_start).max(axis=1) + TURN_COST * (np.abs(turned) + lean)
-    order = np.lexsort((away, branches // 2 != branch // 2))
+    order = np.lexsort((away, bend_of(branches) != bend_of(branch)))
     sorted_by_rank = (branches[order].tolist(), turned[order].tolist(), lean[order].tolist())
     return [Candidate(*one) for one in zip(qs[order], *sorted_by_rank, strict=True)]
 

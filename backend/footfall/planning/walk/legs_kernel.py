@@ -11,7 +11,8 @@ import numpy as np
 from numpy.typing import NDArray
 
 from footfall.compiled import njit
-from footfall.robot.ik_kernel import BRANCHES, five_joints, into_limits, last_joint
+from footfall.robot.ik_kernel import five_joints, into_limits, last_joint
+from footfall.robot.leg_branches import BRANCHES, shoulder_of
 from footfall.robot.leg_frames import FOOT, HIP_X, HIP_Z, SHANK, THIGH
 
 Array = NDArray[np.float64]
@@ -73,7 +74,7 @@ def leg_at(T_site_base: Array, T_site_wheel: Array, branch: int, leg: int, table
             ankle[k] += R[i, k] * (T_site_wheel[i, 3] - at[i])
         ankle[k] -= lengths[FOOT] * x[k]
     away = math.hypot(ankle[0], ankle[1])
-    out = (away if branch < BRANCHES // 2 else -away) - lengths[HIP_X]
+    out = (away if shoulder_of(branch) == 0 else -away) - lengths[HIP_X]
     far = math.hypot(out, ankle[2] - lengths[HIP_Z])
     reach = min(lengths[THIGH] + lengths[SHANK] - far, far - abs(lengths[THIGH] - lengths[SHANK]))
     if not reach > 0.0:

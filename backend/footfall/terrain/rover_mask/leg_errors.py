@@ -6,8 +6,8 @@ from typing import NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
-from footfall.robot.description import JOINTS
 from footfall.robot.kinematics import leg_link_poses, wheel_jacobian
+from footfall.robot.leg_frames import JOINT_AXES
 from footfall.robot.model import Robot
 
 ENCODER_SD = math.radians(0.5)
@@ -67,7 +67,7 @@ def joint_axes(robot: Robot, q_leg: NDArray[np.float64], leg: int) -> tuple[NDAr
     """
     poses = leg_link_poses(robot, q_leg, leg)
     Ts_base_joint = [poses[name] for name in robot.description.legs[leg].link_names[:6]]
-    axes = np.array([T[:3, "xyz".index(axis)] for T, (_, axis) in zip(Ts_base_joint, JOINTS, strict=True)])
+    axes = np.array([T[:3, axis] for T, axis in zip(Ts_base_joint, JOINT_AXES, strict=True)])
     return axes, np.array([T[:3, 3] for T in Ts_base_joint])
 
 

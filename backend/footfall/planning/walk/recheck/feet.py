@@ -10,6 +10,7 @@ from footfall.planning.answers import Check
 from footfall.planning.walk.problem import CheckedMotion, Stance, part_name
 from footfall.planning.walk.recheck.stretches import MotionStretch
 from footfall.robot.description import link_name
+from footfall.robot.leg_branches import elbow_of, shoulder_of
 from footfall.robot.model import Robot
 from footfall.terrain.dem import Dem
 from footfall.terrain.ground.surface import height_at
@@ -122,7 +123,7 @@ class Branches:
         # out along the leg's plane, from the axis of the hip
         out = ((ankles - hips)[:, :3, 3] * hips[:, :3, 0]).sum(axis=1)
         knee, branch = stretch.qs[chosen, 6 * leg + 2], int(stance.branches[leg])
-        for name, sign, over in (("shoulder", out, branch & 4), ("elbow", knee, branch & 2)):
+        for name, sign, over in (("shoulder", out, shoulder_of(branch)), ("elbow", knee, elbow_of(branch))):
             wrong = sign > _TURNING_OVER if over else sign < -_TURNING_OVER
             if wrong.any() and not self.fault:
                 where = stretch.where(int(chosen[int(np.argmax(wrong))]))
