@@ -7,7 +7,6 @@ from functools import partial
 
 import numpy as np
 import shapely
-from numpy.typing import NDArray
 from scipy.optimize import linprog
 from scipy.spatial import ConvexHull
 
@@ -20,10 +19,9 @@ from footfall.balance.region_candidates import region_margins_for_candidates
 from footfall.balance.support import conservative_polygon, margins_for_candidates
 from footfall.balance.torque_candidates import torque_ratios_for_postures
 from footfall.balance.torques import contact_points, holding_torques, torque_check
+from footfall.core.arrays import Array
 from footfall.core.frames import apply
 from footfall.robot.kinematics import center_of_mass
-
-Array = NDArray[np.float64]
 
 MAP_CELLS = 50_000
 """About as many as one leg reaches on a grid of 2 cm."""

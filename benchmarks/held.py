@@ -16,9 +16,8 @@ from footfall.balance.balance_settings import BalanceSettings
 from footfall.balance.held import held_tables, placed_postures
 from footfall.balance.held_kernel import all_held_within, held_at_once, least_held_ratio
 from footfall.balance.torques import torque_check
+from footfall.core.arrays import Array
 from footfall.core.frames import rotation, rotation_rpy, transform
-
-Array = NDArray[np.float64]
 
 Asked = tuple[Array, Array, Array, Array, NDArray[np.bool_]]
 """What placed_postures gives."""

@@ -9,11 +9,11 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
+from footfall.core.arrays import Array
 from footfall.core.frames import rotation
 from footfall.robot.description import JOINTS
 from footfall.robot.model import Robot
 
-Array = NDArray[np.float64]
 FOUND = 1e-7
 """Largest error of the contact [m] and of the wheel's direction [rad] of a solution."""
 _ROUNDS, _FEW = 120, 1e-16

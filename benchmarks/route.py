@@ -8,20 +8,18 @@ import time
 from collections.abc import Iterator
 
 import numpy as np
-from numpy.typing import NDArray
 from scipy.ndimage import gaussian_filter
 from scipy.sparse import coo_array, csr_array
 from scipy.sparse.csgraph import dijkstra
 
 from benchmarks import feasible
 from benchmarks.timing import SEED, Figure
+from footfall.core.arrays import Array
 from footfall.core.grid import GridGeometry
 from footfall.planning.route.coarse import cheapest_way
 from footfall.planning.route.field import CostField
 from footfall.planning.route.headings import Faced, faced, pieces
 from footfall.planning.route.turns import way_with_turns
-
-Array = NDArray[np.float64]
 
 SMALL_CHANGE = 20
 """Cells that change near the rover."""

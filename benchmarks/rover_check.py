@@ -18,6 +18,7 @@ import footfall
 from benchmarks.clearance import processor_seconds
 from benchmarks.scenes import robot, rocks, standing
 from benchmarks.timing import SEED, Figure, machine
+from footfall.core.arrays import Array, Ints, Mask
 from footfall.core.errors import InvalidInput
 from footfall.core.frames import rotation
 from footfall.planning.body.move_checks import LOCKED
@@ -31,10 +32,6 @@ from footfall.telemetry.state import RobotState
 from footfall.terrain.dem import Dem
 from footfall.terrain.generate import fractal
 
-Array = NDArray[np.float64]
-Mask = NDArray[np.bool_]
-Feet = NDArray[np.int64]
-
 RAISED = 0.1
 _AT_ONCE = 90
 """Configurations of one rover on one ground."""
@@ -46,7 +43,7 @@ class Rovers:
 
     qs: Array
     Ts_site_base: Array
-    feet: Feet
+    feet: Ints
 
     def __getitem__(self, rows: Mask | NDArray[np.int64] | slice) -> "Rovers":
         return Rovers(self.qs[rows], self.Ts_site_base[rows], self.feet[rows])
@@ -117,7 +114,7 @@ def on_known_ground(dem: Dem) -> Nearby:
     return Nearby(dem, np.zeros(dem.heights.shape, bool))
 
 
-def asked_of_ground(robot: Robot, feet: Feet | Mask) -> tuple[list[str], list[str]]:
+def asked_of_ground(robot: Robot, feet: Ints | Mask) -> tuple[list[str], list[str]]:
     """Links that are held against the ground as it is, and against the raised ground."""
     true = ["base"] if robot.description.payload is None else ["base", "payload"]
     raised = []
@@ -127,7 +124,7 @@ def asked_of_ground(robot: Robot, feet: Feet | Mask) -> tuple[list[str], list[st
     return true, raised
 
 
-def least_spare(body: WholeBody, q: Array, T_site_base: Array, feet: Feet | Mask, raised: float) -> tuple[float, float]:
+def least_spare(body: WholeBody, q: Array, T_site_base: Array, feet: Ints | Mask, raised: float) -> tuple[float, float]:
     """By the meshes: least spare distance between parts of the rover, and to the ground [m]."""
     Ts_base_link = body.poses(q[None])
     Ts_site_link = T_site_base @ Ts_base_link

@@ -4,14 +4,12 @@ import math
 from collections.abc import Callable, Mapping
 
 import numpy as np
-from numpy.typing import NDArray
 
+from footfall.core.arrays import Array
 from footfall.core.value import Provenance
 from footfall.terrain.dem import Dem
 from footfall.terrain.generate import fractal
 from footfall.terrain.rocks import add_rocks, draw_rocks
-
-Array = NDArray[np.float64]
 
 RESOLUTION = 0.1
 BEYOND, WIDE = 12.0, 12.0

@@ -17,8 +17,8 @@ from importlib.resources import as_file, files
 from typing import Any
 
 import numpy as np
-from numpy.typing import NDArray
 
+from footfall.core.arrays import Array
 from footfall.core.frames import apply, inverse
 from footfall.core.mesh import Mesh
 from footfall.planning.step.problem import StepSettings
@@ -28,7 +28,6 @@ from footfall.robot.model import Robot
 from footfall.robot.shapes import box, merged
 from footfall.telemetry.state import RobotState
 
-Array = NDArray[np.float64]
 _DEFAULTS = {"perturbationRadius": 0.1, "randomizeFrequency": 50, "shortcut": 0}
 """Klampt's own where nothing is asked for; said each time, because it keeps the options of the last plan."""
 _FLOATING = 6

@@ -10,9 +10,9 @@ from collections.abc import Callable
 from dataclasses import dataclass
 
 import numpy as np
-from numpy.typing import NDArray
 
 from benchmarks.steps.problem import Scene, StepProblem
+from footfall.core.arrays import Array
 from footfall.planning.joint_path import samples
 from footfall.planning.scene.ground import Contact, Nearby, footfall_contact
 from footfall.planning.scene.lift import branch_of, vertical
@@ -26,7 +26,6 @@ from footfall.planning.step.target import candidates
 from footfall.planning.step.verify import recheck
 from footfall.robot.collision import CollisionScene
 
-Array = NDArray[np.float64]
 WAYS: tuple[tuple[Callable[..., Array | None], float], ...] = (
     (with_ompl.rrtconnect, 0.6),
     (with_ompl.rrtconnect, 0.25),

@@ -3,17 +3,15 @@
 import math
 
 import numpy as np
-from numpy.typing import NDArray
 
 from benchmarks.scenes import robot
 from benchmarks.walks.terrains import FAMILIES, start_of
 from footfall.balance.tether import Tether
+from footfall.core.arrays import Array
 from footfall.planning.walk.footprint import footprint
 from footfall.planning.walk.slope_frame import SlopeFrame
 from footfall.terrain.dem import Dem
 from footfall.terrain.ground.surface import height_at
-
-Array = NDArray[np.float64]
 
 ABOVE, HIGH = 4.0, 1.2
 """How far the anchor is up the slope from the rover, and above it along its normal: the top of a post [m]."""

@@ -10,10 +10,10 @@ from collections.abc import Mapping
 from dataclasses import dataclass
 
 import numpy as np
-from numpy.typing import NDArray
 from scipy.ndimage import gaussian_filter
 
 from benchmarks.scenes import robot
+from footfall.core.arrays import Array
 from footfall.core.frames import rotation
 from footfall.core.mesh import Mesh
 from footfall.core.value import Provenance
@@ -24,8 +24,6 @@ from footfall.terrain.ground.rasterise import rasterise
 from footfall.terrain.ground.surface import normal_at
 from footfall.terrain.ground.triangulate import triangulate
 from footfall.terrain.rocks import HEIGHT_PER_DIAMETER, add_rocks
-
-Array = NDArray[np.float64]
 
 TRAINING, REPORTED = range(10_000), range(10_000, 20_000)
 """Seeds to look at while a planner is being made, and those that are measured and reported."""

@@ -7,16 +7,14 @@ from dataclasses import dataclass
 
 import numpy as np
 import viser
-from numpy.typing import NDArray
 
+from footfall.core.arrays import Array
 from footfall.maps.over_imagery import grid_spacing
 from footfall.terrain.dem import Dem
 from footfall.terrain.ground.shading import LIGHT
 from footfall_ui.scene.drawable import drawable
 from footfall_ui.scene.drawn import Drawn
 from footfall_ui.scene.near import near
-
-Array = NDArray[np.float64]
 
 MOST_PIECES = 5
 """Of the scale bar, each as long as a square of the ground grid."""

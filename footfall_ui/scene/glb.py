@@ -13,10 +13,9 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 from PIL import Image
 
+from footfall.core.arrays import Array
 from footfall.core.mesh import Mesh
 from footfall_ui.scene.near import near
-
-Array = NDArray[np.float64]
 
 SHORT = 0xFFFF
 """Numbers below it fit in sixteen bits; WebGL keeps it for itself among indices."""

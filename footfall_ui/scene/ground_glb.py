@@ -9,12 +9,11 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
+from footfall.core.arrays import Array
 from footfall.core.grid import GridGeometry
 from footfall.terrain.dem import Dem
 from footfall.terrain.ground.triangulate import triangulate
 from footfall_ui.scene.glb import SHORT, Glb, unlit_glb
-
-Array = NDArray[np.float64]
 
 STRIP = 5
 """glTF's number for triangles of which each shares two corners with the one before."""

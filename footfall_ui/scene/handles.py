@@ -10,8 +10,8 @@ from dataclasses import dataclass
 
 import numpy as np
 import viser
-from numpy.typing import NDArray
 
+from footfall.core.arrays import Array
 from footfall.core.frames import quat_wxyz, rotation_from_quat_wxyz, transform
 from footfall.planning.body.body_shift import BodyShift
 from footfall.session.answers.choices import What
@@ -21,8 +21,6 @@ from footfall.terrain.ground.surface import height_at
 from footfall_ui.scene.drawn import Drawn
 from footfall_ui.scene.footfall import NO, OPEN, YES
 from footfall_ui.scene.near import near
-
-Array = NDArray[np.float64]
 
 SIZES = {"footfall": 0.6, "point": 0.5, "chassis": 1.6}
 """Of the handles [m]."""

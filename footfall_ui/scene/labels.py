@@ -14,11 +14,10 @@ from weakref import WeakKeyDictionary
 
 import numpy as np
 import viser
-from numpy.typing import NDArray
 
+from footfall.core.arrays import Array
 from footfall.core.frames import rotation_from_quat_wxyz
 
-Array = NDArray[np.float64]
 Anchor = Literal[
     "top-left", "top-center", "top-right", "center-left", "center-right", "bottom-left", "bottom-center", "bottom-right"
 ]

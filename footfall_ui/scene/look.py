@@ -5,15 +5,13 @@ from dataclasses import dataclass
 
 import numpy as np
 import viser
-from numpy.typing import NDArray
 
+from footfall.core.arrays import Array
 from footfall.core.frames import apply, rotation
 from footfall.robot.kinematics import wheel_centers
 from footfall.robot.model import Robot
 from footfall.telemetry.state import RobotState
 from footfall_ui.scene.drawn import server_of
-
-Array = NDArray[np.float64]
 
 ABOVE = 9.0
 """Of the view from the top, over the chassis [m]."""

@@ -1,9 +1,8 @@
 """The browser keeps seven digits of a point: drawings far from the origin are sent about a middle of their own."""
 
 import numpy as np
-from numpy.typing import NDArray
 
-Array = NDArray[np.float64]
+from footfall.core.arrays import Array
 
 HERE = (0.0, 0.0, 0.0)
 """Position of points that are in the frame of what carries them, as a rover's are in that of its base."""

@@ -13,12 +13,12 @@ from numpy.typing import NDArray
 from scipy.sparse import coo_array
 from scipy.sparse.csgraph import connected_components
 
+from footfall.core.arrays import Array
 from footfall.core.mesh import Mesh
 from footfall.robot.display import DARK, FOIL, MARK, METAL, PAINT, RUBBER, Part
 from footfall.robot.shapes import merged
 from footfall_ui.scene.glb import SHORT, Glb
 
-Array = NDArray[np.float64]
 Color = tuple[int, int, int]
 
 

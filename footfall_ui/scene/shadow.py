@@ -2,8 +2,8 @@
 
 import numpy as np
 import viser
-from numpy.typing import NDArray
 
+from footfall.core.arrays import Array
 from footfall.core.frames import apply
 from footfall.core.mesh import Mesh
 from footfall.robot.kinematics import wheel_centers
@@ -15,8 +15,6 @@ from footfall.terrain.ground.surface import height_at
 from footfall_ui.scene.drawn import Drawn
 from footfall_ui.scene.glb import unlit_glb
 from footfall_ui.scene.of_session import read, rover_state
-
-Array = NDArray[np.float64]
 
 SPACING, TEXELS = 0.1, 96
 """Of its vertices [m]; of its picture, along a side."""

@@ -6,9 +6,9 @@ from typing import NamedTuple
 
 import numpy as np
 import viser
-from numpy.typing import NDArray
 
 from footfall.balance.balance_settings import BalanceSettings
+from footfall.core.arrays import Array
 from footfall.core.frames import apply
 from footfall.maps.support_outlines import Support, bearing, support_of
 from footfall.robot.kinematics import center_of_mass
@@ -18,8 +18,6 @@ from footfall.terrain.dem import Dem
 from footfall_ui.scene.drawn import Drawn
 from footfall_ui.scene.near import near
 from footfall_ui.scene.still import stands_still
-
-Array = NDArray[np.float64]
 
 
 class Line(NamedTuple):

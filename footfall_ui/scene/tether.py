@@ -2,17 +2,15 @@
 
 import numpy as np
 import viser
-from numpy.typing import NDArray
 
 from footfall.balance.tether import Tether
+from footfall.core.arrays import Array
 from footfall.core.frames import apply
 from footfall.planning.between_rows import at
 from footfall.planning.walk.problem import Tethered, WalkPlan
 from footfall_ui.scene.drawn import Drawn
 from footfall_ui.scene.ghost import motion_of
 from footfall_ui.scene.near import near
-
-Array = NDArray[np.float64]
 
 COLOR, STAKE = (250, 240, 130), 0.25
 """Of line and anchor; length of the anchor's arms [m]."""

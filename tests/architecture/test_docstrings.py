@@ -15,7 +15,7 @@ from footfall.core import errors
 BACKEND = Path(__file__).resolve().parents[2] / "backend" / "footfall"
 COMPLETE = ("core", "telemetry", "robot", "balance", "terrain", "maps", "planning", "sequence")
 """Packages whose public functions of numbers, with three parameters or more, have sections too."""
-NUMBERS = ("Array", "Image", "float")
+NUMBERS = ("Array", "Floats32", "Ints", "Mask", "float")
 """What is in the types of arguments that have shapes or units."""
 SECTIONS = ("Args", "Returns", "Yields", "Raises", "Attributes", "References")
 ENTRY = re.compile(r"    ([\w*]+): \S")

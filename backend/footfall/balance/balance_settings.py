@@ -6,12 +6,11 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from footfall.balance.friction import FRICTION
+from footfall.core.arrays import Array
 from footfall.core.bounds import require_above_zero
 from footfall.core.errors import InvalidInput, NotFound
 from footfall.core.frames import rotation
 from footfall.core.value import Value, value
-
-Array = NDArray[np.float64]
 
 GRAVITY = 9.81
 """On Earth [m/s²]."""

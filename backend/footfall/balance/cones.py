@@ -5,13 +5,12 @@ pyramid about its normal depend on the normal alone, so more friction never take
 """
 
 import numpy as np
-from numpy.typing import ArrayLike, NDArray
+from numpy.typing import ArrayLike
 
 from footfall.balance.balance_settings import SIDES, require_cone
 from footfall.compiled import njit
+from footfall.core.arrays import Array
 from footfall.core.errors import InvalidInput
-
-Array = NDArray[np.float64]
 
 
 def generators(normals: ArrayLike, friction: float, sides: int = SIDES) -> Array:

@@ -10,15 +10,14 @@ C. L. Lawson, R. J. Hanson, "Solving Least Squares Problems", 1974, chapter 23 (
 """
 
 import numpy as np
-from numpy.typing import ArrayLike, NDArray
+from numpy.typing import ArrayLike
 from scipy.optimize import nnls
 
 from footfall.balance.balance_settings import GRAVITY
 from footfall.balance.cones import facets
 from footfall.balance.friction import FRICTION
+from footfall.core.arrays import Array
 from footfall.core.errors import InvalidInput
-
-Array = NDArray[np.float64]
 
 RESIDUAL = 1e-6
 """Largest force and moment left over, as a share of weight and of weight × size of the stance."""

@@ -13,11 +13,10 @@ from footfall.balance.moving_leg import leg_bodies, leg_links
 from footfall.balance.payload import loaded
 from footfall.balance.posture_statics import lowest_rim_points
 from footfall.balance.tether import Tether
+from footfall.core.arrays import Array
 from footfall.core.errors import InvalidInput
 from footfall.robot.description import PARTS
 from footfall.robot.model import Robot
-
-Array = NDArray[np.float64]
 
 
 def held_tables(robot: Robot, settings: BalanceSettings, tether: Tether | None = None) -> HeldTables:

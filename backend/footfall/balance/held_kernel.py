@@ -22,9 +22,8 @@ from footfall.balance.tether_kernel import MOST, easiest_pull, fill_change, fill
 from footfall.balance.torque_kernel import least_ratio
 from footfall.balance.trial_forces_kernel import approach_bounds, inside_cones, smallest_forces, spread_of
 from footfall.compiled import njit
+from footfall.core.arrays import Array
 from footfall.robot.leg_frames import JOINT_AXES, PART_COUNT
-
-Array = NDArray[np.float64]
 
 GRAVITY, FRICTION, INSIDE, SIDES = range(4)
 """Entries of ``HeldTables.about``."""

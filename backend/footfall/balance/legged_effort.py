@@ -8,7 +8,7 @@ from collections.abc import Sequence
 
 import numpy as np
 import pinocchio as pin
-from numpy.typing import ArrayLike, NDArray
+from numpy.typing import ArrayLike
 
 from footfall.balance.balance_settings import GRAVITY, SIDES
 from footfall.balance.cones import facets
@@ -16,13 +16,12 @@ from footfall.balance.friction import FRICTION
 from footfall.balance.region import require_stance
 from footfall.balance.simplex import INFEASIBLE, OPTIMAL, UNFINISHED
 from footfall.balance.torque_kernel import least_ratio
+from footfall.core.arrays import Array
 from footfall.core.errors import FootFallError
 from footfall.core.frames import apply
 from footfall.robot.legged.legged_robot import MOST_JOINTS, LeggedRobot
 from footfall.robot.legged.posture import center_of_mass
 from footfall.robot.pin_scratch import scratch_of
-
-Array = NDArray[np.float64]
 
 
 def effort_ratio(

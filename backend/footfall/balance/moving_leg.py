@@ -3,15 +3,14 @@
 from functools import lru_cache
 
 import numpy as np
-from numpy.typing import ArrayLike, NDArray
+from numpy.typing import ArrayLike
 
+from footfall.core.arrays import Array
 from footfall.core.errors import InvalidInput
 from footfall.robot.chain_kernel import chain_gravity_torques, chain_moments, chain_poses
 from footfall.robot.kinematics import center_of_mass
 from footfall.robot.leg_frames import JOINT_AXES
 from footfall.robot.model import Robot
-
-Array = NDArray[np.float64]
 
 _KEPT = 24
 """Legs whose constants are remembered."""

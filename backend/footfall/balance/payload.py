@@ -1,12 +1,10 @@
 """Mass and centre of mass with another payload than the robot's description carries."""
 
 import numpy as np
-from numpy.typing import NDArray
 
 from footfall.balance.balance_settings import BalanceSettings
+from footfall.core.arrays import Array
 from footfall.robot.model import Robot
-
-Array = NDArray[np.float64]
 
 ON_DECK = (0.0, 0.0, 0.3)
 """Centre of a payload that stands on the deck, in base [m]."""

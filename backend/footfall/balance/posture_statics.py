@@ -7,14 +7,13 @@ from collections.abc import Sequence
 
 import numpy as np
 import pinocchio as pin
-from numpy.typing import ArrayLike, NDArray
+from numpy.typing import ArrayLike
 
 from footfall.balance.torque_kernel import jacobians_at
+from footfall.core.arrays import Array
 from footfall.core.frames import apply
 from footfall.robot.model import Robot
 from footfall.robot.pin_scratch import pin_scratch
-
-Array = NDArray[np.float64]
 
 
 class PostureStatics:

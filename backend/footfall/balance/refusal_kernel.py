@@ -17,11 +17,9 @@ C. L. Lawson, R. J. Hanson, "Solving Least Squares Problems", 1974, chapter 23.
 import math
 
 import numpy as np
-from numpy.typing import NDArray
 
 from footfall.compiled import njit
-
-Array = NDArray[np.float64]
+from footfall.core.arrays import Array
 
 _WIDER = 1.03
 """Friction that a proof is sought with over that which it is for."""

@@ -21,16 +21,15 @@ T. Bretl, S. Lall, "Testing static equilibrium for legged robots", IEEE Transact
 from dataclasses import dataclass
 
 import numpy as np
-from numpy.typing import ArrayLike, NDArray
+from numpy.typing import ArrayLike
 
 from footfall.balance.balance_settings import SIDES, require_cone
 from footfall.balance.cones import fill_generators, unit_normals
 from footfall.balance.friction import FRICTION
 from footfall.balance.region_kernel import MERGED, signed_distance, signed_distances, trace
 from footfall.balance.simplex import INFEASIBLE, OPTIMAL
+from footfall.core.arrays import Array
 from footfall.core.errors import FootFallError, InvalidInput
-
-Array = NDArray[np.float64]
 
 TOLERANCE = 1e-5
 """How far the outer polygon may reach beyond the inner one [m]."""

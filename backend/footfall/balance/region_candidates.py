@@ -22,9 +22,8 @@ from footfall.balance.region import equilibrium_region, frame, region_margins, r
 from footfall.balance.region_kernel import ROWS, fill_foot, fill_slack, nearest
 from footfall.balance.simplex import INFEASIBLE, OPTIMAL, UNFINISHED, start
 from footfall.compiled import njit
+from footfall.core.arrays import Array
 from footfall.core.errors import FootFallError, InvalidInput
-
-Array = NDArray[np.float64]
 
 TOLERANCE = 1e-3
 """How far the answer may be below the true margin [m]."""

@@ -23,10 +23,9 @@ from numpy.typing import ArrayLike, NDArray
 
 from footfall.balance.foot_pairs import MOST_FEET
 from footfall.balance.support_kernel import COINCIDENT, ON_LINE, candidate_margins
+from footfall.core.arrays import Array
 from footfall.core.errors import InvalidInput
 from footfall.core.polygon import clip, convex_hull
-
-Array = NDArray[np.float64]
 
 
 class Edges(NamedTuple):

@@ -2,12 +2,10 @@
 
 import numpy as np
 from numba import prange
-from numpy.typing import NDArray
 
 from footfall.balance.foot_pairs import MOST_FEET, NONE
 from footfall.compiled import njit
-
-Array = NDArray[np.float64]
+from footfall.core.arrays import Array
 
 COINCIDENT = 1e-9
 """Feet nearer to each other than this share of the stance's size count as one place."""

@@ -7,12 +7,11 @@ needs. So it is taut, and as long as anchor and attachment are apart.
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
+from footfall.core.arrays import Array
 from footfall.core.bounds import require_above_zero, require_not_negative
 from footfall.core.errors import InvalidInput
 from footfall.core.frames import apply
 from footfall.core.value import Value, value
-
-Array = NDArray[np.float64]
 
 
 @value

@@ -12,13 +12,12 @@ rough-terrain locomotion", IEEE Journal of Robotics and Automation 1, 1985.
 from dataclasses import dataclass
 
 import numpy as np
-from numpy.typing import ArrayLike, NDArray
+from numpy.typing import ArrayLike
 
 from footfall.balance.balance_settings import GRAVITY
 from footfall.balance.forces import require_masses
 from footfall.balance.support import edges
-
-Array = NDArray[np.float64]
+from footfall.core.arrays import Array
 
 
 @dataclass(frozen=True)

@@ -4,13 +4,12 @@ import math
 
 import numpy as np
 from numba import prange
-from numpy.typing import ArrayLike, NDArray
+from numpy.typing import ArrayLike
 
 from footfall.balance.support import MOST_FEET
 from footfall.compiled import njit
+from footfall.core.arrays import Array
 from footfall.core.errors import InvalidInput
-
-Array = NDArray[np.float64]
 
 
 def tip_energies_for_candidates(

@@ -6,7 +6,7 @@ What the other standing legs' joints carry depends on that leg by the centre of 
 from collections.abc import Sequence
 
 import numpy as np
-from numpy.typing import ArrayLike, NDArray
+from numpy.typing import ArrayLike
 
 from footfall.balance.balance_settings import BalanceSettings
 from footfall.balance.cones import facets, unit_normals
@@ -15,11 +15,10 @@ from footfall.balance.payload import loaded
 from footfall.balance.posture_statics import PostureStatics, lowest_rim_points
 from footfall.balance.simplex import UNFINISHED
 from footfall.balance.torque_kernel import hull_rows, least_ratios, ratios_for_centers
+from footfall.core.arrays import Array
 from footfall.core.errors import FootFallError, InvalidInput
 from footfall.core.frames import apply, inverse, require_transform
 from footfall.robot.model import Robot
-
-Array = NDArray[np.float64]
 
 
 def torque_ratios_for_postures(

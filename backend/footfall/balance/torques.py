@@ -26,12 +26,11 @@ from footfall.balance.simplex import INFEASIBLE, OPTIMAL
 from footfall.balance.tether import Tether
 from footfall.balance.tether_kernel import fill_limb
 from footfall.balance.torque_kernel import least_ratio
+from footfall.core.arrays import Array
 from footfall.core.errors import FootFallError, InvalidInput
 from footfall.core.frames import apply, inverse, require_transform
 from footfall.core.value import LATER, Value, value
 from footfall.robot.model import Robot
-
-Array = NDArray[np.float64]
 
 
 @value

@@ -5,11 +5,10 @@ forward, x right, y down). Stacks of transforms are ``Ts_*`` with shape (…, 4,
 """
 
 import numpy as np
-from numpy.typing import ArrayLike, NDArray
+from numpy.typing import ArrayLike
 
+from footfall.core.arrays import Array
 from footfall.core.errors import InvalidInput
-
-Array = NDArray[np.float64]
 
 
 def transform(rotation: ArrayLike | None = None, translation: ArrayLike = (0.0, 0.0, 0.0)) -> Array:

@@ -1,9 +1,9 @@
 """Convex polygons in the plane, as their corners counter-clockwise, (k, 2)."""
 
 import numpy as np
-from numpy.typing import ArrayLike, NDArray
+from numpy.typing import ArrayLike
 
-Array = NDArray[np.float64]
+from footfall.core.arrays import Array
 
 _ROUNDING = 2.0**-53
 

@@ -23,8 +23,8 @@ from types import UnionType
 from typing import Any, TypeVar, Union, dataclass_transform, get_args, get_origin, overload
 
 import numpy as np
-from numpy.typing import NDArray
 
+from footfall.core.arrays import Array
 from footfall.core.errors import InvalidInput
 
 SOFTWARE_VERSION = "0.1.0"
@@ -43,7 +43,6 @@ def before(meaning: Any) -> Mapping[str, Any]:
     return {"later": True, "before": meaning}
 
 
-_FLOAT64 = NDArray[np.float64]
 _registry: dict[str, type] = {}
 _names: dict[type, str] = {}
 _T = TypeVar("_T", bound=type)
@@ -194,7 +193,7 @@ def _as_declared(item: Any, declared: Any) -> Any:
     """``item`` in the one form that a float or float64 field has, whatever equal form it was given in."""
     if type(item) is int and float in _kinds(declared):
         return float(item)
-    if isinstance(item, np.ndarray) and item.dtype.kind in "iuf" and _FLOAT64 in _kinds(declared):
+    if isinstance(item, np.ndarray) and item.dtype.kind in "iuf" and Array in _kinds(declared):
         return item.astype(np.float64, copy=False) if np.can_cast(item.dtype, np.float64) else item
     return item
 

@@ -12,16 +12,14 @@ from collections.abc import Mapping
 from typing import Any
 
 import numpy as np
-from numpy.typing import NDArray
 from PIL import Image
 
+from footfall.core.arrays import Array
 from footfall.core.errors import InvalidTerrain
 from footfall.io.image_files import MAX_PIXELS
 from footfall.io.scan_files import scan_of
 from footfall.io.terrain_grid_files import check_npz_size
 from footfall.terrain.scan import Scan
-
-Array = NDArray[np.float64]
 
 DEPTH_IMAGES = (".npz", ".png")
 MEMBERS = ("focal_length", "fx", "fy", "cx", "cy", "depth_scale")

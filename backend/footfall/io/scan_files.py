@@ -18,15 +18,14 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
-from numpy.typing import NDArray
 
+from footfall.core.arrays import Array
 from footfall.core.errors import InvalidTerrain
 from footfall.terrain.scan import Scan
 
 if TYPE_CHECKING:
     from rasterio.crs import CRS
 
-Array = NDArray[np.float64]
 
 SCANS = (".pcd", ".las", ".laz", ".xyz", ".csv", ".txt", ".vtk")
 """Endings that only scans have."""

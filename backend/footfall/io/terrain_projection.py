@@ -5,15 +5,13 @@ from collections.abc import Sequence
 from dataclasses import dataclass
 
 import numpy as np
-from numpy.typing import NDArray
 from rasterio._err import CPLE_BaseError
 from rasterio.crs import CRS
 from rasterio.errors import CRSError
 from rasterio.warp import transform
 
+from footfall.core.arrays import Array
 from footfall.core.errors import InvalidTerrain
-
-Array = NDArray[np.float64]
 
 MOST_STRETCH = 0.01
 """A map whose metres are longer or shorter than the ground's by a larger share than this is refused."""

@@ -12,6 +12,7 @@ from functools import cached_property
 import numpy as np
 from numpy.typing import NDArray
 
+from footfall.core.arrays import Array
 from footfall.core.errors import InvalidInput
 from footfall.core.progress import Progress, no_progress
 from footfall.maps.layers import RAISE_TERRAIN
@@ -31,7 +32,6 @@ from footfall.telemetry.state import RobotState
 from footfall.terrain.dem import Dem
 from footfall.terrain.ground.triangulate import crop
 
-Array = NDArray[np.float64]
 Certified = Callable[[Array, str], NDArray[np.bool_]]
 """(leg postures (n, 6), ground mode) → (n,), True only where a posture is certainly free."""
 

@@ -9,12 +9,11 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
+from footfall.core.arrays import Array
 from footfall.core.progress import Progress, no_progress, part
 from footfall.maps.leg_collisions import LegCollisions
 from footfall.maps.reach_classes import FREE, UNSURE
 from footfall.robot import ik_kernel
-
-Array = NDArray[np.float64]
 
 TURNS = np.deg2rad([0, 15, -15, 30, -30, 45, -45, 60, -60, 75, -75, 90])
 """Headings that are tried, from the leg's radial direction, forwards and backwards: those of the step planner."""

@@ -13,10 +13,8 @@ from numpy.fft import irfft2, rfft2
 from numpy.typing import NDArray
 from scipy.fft import next_fast_len
 
+from footfall.core.arrays import Array, Complexes
 from footfall.terrain.dem import Dem
-
-Array = NDArray[np.float64]
-Spectrum = NDArray[np.complex128]
 
 
 def cell_normals(dem: Dem, radius: float, rows: slice, cols: slice) -> tuple[Array, Array]:
@@ -62,13 +60,13 @@ def cell_normals(dem: Dem, radius: float, rows: slice, cols: slice) -> tuple[Arr
     shape = _fast(heights.shape[0]), _fast(heights.shape[1])
     out_shape = (block.shape[0] - 2 * reach + 1, block.shape[1] - 2 * reach + 1)
 
-    def kernel(values: NDArray[Any]) -> Spectrum:
+    def kernel(values: NDArray[Any]) -> Complexes:
         """Transform of the samples' weights by the block they fall in, mirrored for correlation."""
         grid = np.zeros(shape)
         np.add.at(grid, (-(row + reach) % shape[0], -(col + reach) % shape[1]), values)
         return rfft2(grid)
 
-    def sums(spectrum: Spectrum) -> Array:
+    def sums(spectrum: Complexes) -> Array:
         return irfft2(spectrum, s=shape)[: out_shape[0], : out_shape[1]]
 
     if known.all():

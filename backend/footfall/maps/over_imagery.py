@@ -6,6 +6,7 @@ Images and relief only darken a colour: its hue stays the legend's, so that a cl
 import numpy as np
 from numpy.typing import NDArray
 
+from footfall.core.arrays import Array
 from footfall.core.grid import GridGeometry
 from footfall.terrain.dem import Dem
 
@@ -17,8 +18,6 @@ LINE = 0.7
 """Brightness that a line of the ground grid leaves."""
 FEWEST_CELLS = 20
 """From one grid line to the next: a line is one cell wide."""
-
-Array = NDArray[np.float64]
 
 
 def grain(dem: Dem) -> Array:

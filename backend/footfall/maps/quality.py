@@ -24,6 +24,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
+from footfall.core.arrays import Array
 from footfall.core.errors import InvalidInput
 from footfall.core.frames import apply
 from footfall.core.grid import GridGeometry
@@ -34,7 +35,6 @@ from footfall.robot.kinematics import wheel_centers
 from footfall.robot.model import Robot
 from footfall.telemetry.state import RobotState
 
-Array = NDArray[np.float64]
 Layers = Mapping[str, NDArray[Any]]
 """Layers on one grid, (rows, cols) each, named as in ``maps.layers``, and "height" [m, site], "support" (share of the
 wheel's footprint that carries), "limit_margin" [rad, to the nearest joint limit] and "reach_class"

@@ -11,6 +11,7 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
+from footfall.core.arrays import Array
 from footfall.core.bounds import require_above_zero
 from footfall.core.errors import InvalidInput
 from footfall.core.frames import apply, inverse
@@ -29,8 +30,6 @@ from footfall.robot.leg_frames import leg_lengths, wheel_axles
 from footfall.robot.model import Robot
 from footfall.telemetry.state import RobotState
 from footfall.terrain.dem import Dem
-
-Array = NDArray[np.float64]
 
 LEAST_KNOWN = 1.0
 """Share of the ground within a wheel's radius that must be known; the step planner asks for the same."""

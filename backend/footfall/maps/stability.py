@@ -12,6 +12,7 @@ from footfall.balance.region_candidates import region_margins_for_candidates
 from footfall.balance.support import bindings_for_candidates, margins
 from footfall.balance.tip_over_candidates import tip_energies_for_candidates
 from footfall.balance.torque_candidates import torque_ratios_for_postures
+from footfall.core.arrays import Array
 from footfall.core.errors import InvalidInput
 from footfall.core.frames import apply
 from footfall.maps.binding import binding_feet, binding_loss
@@ -20,8 +21,6 @@ from footfall.maps.standing import Contacts, contacts, standing
 from footfall.robot.model import Robot
 from footfall.telemetry.state import RobotState
 from footfall.terrain.dem import Dem
-
-Array = NDArray[np.float64]
 
 
 @dataclass(frozen=True)

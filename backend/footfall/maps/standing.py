@@ -6,6 +6,7 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
+from footfall.core.arrays import Array
 from footfall.core.frames import apply
 from footfall.robot.description import link_name
 from footfall.robot.ik import lowest_rim_point
@@ -13,8 +14,6 @@ from footfall.robot.kinematics import link_poses, wheel_pose
 from footfall.robot.model import Robot
 from footfall.terrain.dem import Dem
 from footfall.terrain.ground.surface import height_at, normal_at
-
-Array = NDArray[np.float64]
 
 STANDING_GAP = 0.05
 """A wheel stands on the ground when some of it is within this of it [m].

@@ -12,19 +12,18 @@ from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 
 import numpy as np
-from numpy.typing import ArrayLike, NDArray
+from numpy.typing import ArrayLike
 
 from footfall.balance.balance_settings import BalanceSettings
 from footfall.balance.region import EquilibriumRegion, equilibrium_region, region_margins
 from footfall.balance.support import conservative_polygon, margins, support_polygon
+from footfall.core.arrays import Array
 from footfall.core.errors import InvalidInput
 from footfall.maps.standing import Contacts, contacts
 from footfall.robot.ik import contact_point
 from footfall.robot.model import Robot
 from footfall.telemetry.state import RobotState
 from footfall.terrain.dem import Dem
-
-Array = NDArray[np.float64]
 
 OUTLINES = ("plain", "conservative", "friction")
 LEAST_SHARE = 0.01

@@ -13,11 +13,11 @@ from numba import prange
 from numpy.typing import NDArray
 
 from footfall.compiled import njit
+from footfall.core.arrays import Array
 from footfall.core.errors import InvalidInput
 from footfall.robot.model import Robot
 from footfall.terrain.dem import Dem
 
-Array = NDArray[np.float64]
 _SAMPLES_PER_RADIUS = 12
 """The ground is looked at at its cells, or where these are farther apart, this often along a wheel's radius.
 

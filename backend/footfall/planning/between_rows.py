@@ -4,9 +4,8 @@ import numpy as np
 from numpy.typing import NDArray
 from scipy.spatial.transform import Rotation
 
+from footfall.core.arrays import Array
 from footfall.planning.motion import Motion
-
-Array = NDArray[np.float64]
 
 
 def at(motion: Motion, moment: float) -> tuple[Array, Array]:

@@ -7,9 +7,8 @@ How finely a line is sampled is said in the maximum norm: neighbouring samples d
 from collections.abc import Iterator
 
 import numpy as np
-from numpy.typing import NDArray
 
-Array = NDArray[np.float64]
+from footfall.core.arrays import Array
 
 
 def largest_change(a: Array, b: Array) -> float:

@@ -6,7 +6,7 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
-Array = NDArray[np.float64]
+from footfall.core.arrays import Array
 
 BODY = "body"
 """Phase in which the joints of all legs move together, and the chassis over the feet that stand. In all others it

@@ -10,8 +10,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from footfall.compiled import njit
-
-Array = NDArray[np.float64]
+from footfall.core.arrays import Array
 
 FIXED = -1
 """Axis of a link that does not turn on the one before."""

@@ -61,6 +61,7 @@ from functools import lru_cache
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
+from footfall.core.arrays import Array
 from footfall.core.bounds import require_distances
 from footfall.core.errors import InvalidInput
 from footfall.core.frames import require_transform
@@ -81,8 +82,6 @@ from footfall.robot.leg_clearance_kernel import (
 from footfall.robot.leg_frames import leg_lengths
 from footfall.robot.model import Robot
 from footfall.robot.shells import CENTER, DISC, HALF, REACH, shells
-
-Array = NDArray[np.float64]
 
 MODES = {"none": NO_GROUND, "true": TRUE_GROUND, "raised": RAISED_GROUND}
 """Ground modes of CollisionScene and of the compiled check."""

@@ -20,9 +20,8 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
+from footfall.core.arrays import Array
 from footfall.core.mesh import Mesh
-
-Array = NDArray[np.float64]
 
 SLACK = 1e-6
 """Added to every radius [m]."""

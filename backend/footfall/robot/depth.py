@@ -7,14 +7,12 @@ on 3D game objects*, GDC 2001).
 
 import coal
 import numpy as np
-from numpy.typing import NDArray
 
+from footfall.core.arrays import Array
 from footfall.core.mesh import Mesh
 from footfall.robot.bvh import PAYLOAD, robot_meshes
 from footfall.robot.kinematics import link_poses
 from footfall.robot.model import Robot
-
-Array = NDArray[np.float64]
 
 
 def overlap(robot: Robot, posture: Array, link_a: str, link_b: str) -> float:

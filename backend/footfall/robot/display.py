@@ -9,14 +9,12 @@ from dataclasses import dataclass
 from functools import lru_cache
 
 import numpy as np
-from numpy.typing import NDArray
 
+from footfall.core.arrays import Array
 from footfall.core.mesh import Mesh
 from footfall.robot import shapes
 from footfall.robot.description import JOINTS, RobotDescription
 from footfall.robot.rounded import beam, drum, looped, ring, skinned, turned
-
-Array = NDArray[np.float64]
 
 PAINT, METAL, DARK, RUBBER, FOIL, MARK = "paint", "metal", "dark", "rubber", "foil", "mark"
 """Materials: white painted aluminium, bare metal, dark housings of drives, tyre, gold foil, the arrow that points

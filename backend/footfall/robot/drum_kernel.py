@@ -3,12 +3,10 @@
 import math
 
 import numpy as np
-from numpy.typing import NDArray
 
 from footfall.compiled import njit
+from footfall.core.arrays import Array
 from footfall.robot.ground_tables import COLUMNS, PER_METRE, ROWS, START, X, Y
-
-Array = NDArray[np.float64]
 
 CENTER, RADIUS, HALF, REQUIRED, MOST = 0, 3, 4, 5, 6
 """Columns of ``LegTables.drums``, a row for each ground mode.

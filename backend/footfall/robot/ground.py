@@ -10,11 +10,10 @@ Over unknown ground there is no surface and the answer is "not below".
 import math
 
 import numpy as np
-from numpy.typing import ArrayLike, NDArray
+from numpy.typing import ArrayLike
 
+from footfall.core.arrays import Array
 from footfall.core.mesh import Mesh
-
-Array = NDArray[np.float64]
 
 
 def crop(mesh: Mesh, center_xy: ArrayLike, radius: float) -> Mesh:

@@ -28,10 +28,9 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from footfall.compiled import njit
+from footfall.core.arrays import Array
 from footfall.core.errors import InvalidInput
 from footfall.core.grid import GridGeometry
-
-Array = NDArray[np.float64]
 
 _CELLS_PER_RADIUS = 8.0
 _FINE = 0.02

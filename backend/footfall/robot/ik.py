@@ -18,6 +18,7 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
+from footfall.core.arrays import Array
 from footfall.core.errors import InvalidInput
 from footfall.core.frames import inverse
 from footfall.robot import ik_kernel
@@ -25,8 +26,6 @@ from footfall.robot.kinematics import wheel_pose
 from footfall.robot.leg_branches import BRANCHES
 from footfall.robot.leg_frames import leg_lengths
 from footfall.robot.model import Robot
-
-Array = NDArray[np.float64]
 
 
 @dataclass(frozen=True)

@@ -16,10 +16,10 @@ from numba.extending import register_jitable
 from numpy.typing import NDArray
 
 from footfall.compiled import njit
+from footfall.core.arrays import Array
 from footfall.robot.leg_branches import BRANCHES, bend_of, branch_number, elbow_of, shoulder_of, wrist_of
 from footfall.robot.leg_frames import FOOT, HIP_X, HIP_Z, PART_COUNT, SHANK, THIGH, leg_frames, manipulability
 
-Array = NDArray[np.float64]
 ALL = -1
 """In place of a branch: every one."""
 SINGULAR = 1e-12

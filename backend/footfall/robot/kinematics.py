@@ -5,12 +5,11 @@ Everything is in the base frame, with the base fixed; see model.py.
 
 import numpy as np
 import pinocchio as pin
-from numpy.typing import ArrayLike, NDArray
+from numpy.typing import ArrayLike
 
+from footfall.core.arrays import Array
 from footfall.robot.model import Robot
 from footfall.robot.pin_scratch import pin_scratch
-
-Array = NDArray[np.float64]
 
 
 def link_poses(robot: Robot, posture: ArrayLike) -> dict[str, Array]:

@@ -8,13 +8,12 @@ from numba import prange
 from numpy.typing import NDArray
 
 from footfall.compiled import njit
+from footfall.core.arrays import Array
 from footfall.robot.drum_kernel import MOST, RADIUS, REQUIRED, drum_above
 from footfall.robot.ground_tables import needed_height
 from footfall.robot.leg_frames import JOINT_AXES, PART_COUNT, leg_frames
 from footfall.robot.separation import SCRATCH, apart
 from footfall.robot.shells import CENTER, REACH
-
-Array = NDArray[np.float64]
 
 NO_GROUND, TRUE_GROUND, RAISED_GROUND = -1, 0, 1
 """Ground modes; the last two are rows of ``trees`` and ``lift``."""

@@ -5,12 +5,11 @@ The frames are those of :mod:`footfall.robot.kinematics`, in the leg's hip frame
 """
 
 import numpy as np
-from numpy.typing import NDArray
 
 from footfall.compiled import njit
+from footfall.core.arrays import Array
 from footfall.robot.description import JOINTS, PARTS, Leg
 
-Array = NDArray[np.float64]
 HIP_X, HIP_Z, THIGH, SHANK, FOOT = range(5)
 PART_COUNT = len(PARTS)
 JOINT_AXES = np.array(["xyz".index(axis) for _, axis in JOINTS])

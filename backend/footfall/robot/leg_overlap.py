@@ -12,6 +12,7 @@ import math
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
+from footfall.core.arrays import Array
 from footfall.core.errors import InvalidInput
 from footfall.core.frames import apply, inverse, require_transform
 from footfall.core.grid import GridGeometry
@@ -26,7 +27,6 @@ from footfall.robot.obstacles import CHASSIS, LEG, NOTHING
 from footfall.robot.obstacles import PAYLOAD as PAYLOAD_CODE
 from footfall.robot.overlap_kernel import Ground, Solids
 
-Array = NDArray[np.float64]
 _WHEEL_SIDES = 8
 _ROUNDING = 1e-5
 """Distances to the ground this close to what is needed [m] are left to the meshes; above what the two computations may

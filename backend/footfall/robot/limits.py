@@ -4,12 +4,12 @@ from dataclasses import dataclass
 from typing import TYPE_CHECKING
 
 import numpy as np
-from numpy.typing import NDArray
+
+from footfall.core.arrays import Array
 
 if TYPE_CHECKING:
     from footfall.robot.model import Robot
 
-Array = NDArray[np.float64]
 EVERY_JOINT = slice(None)
 
 

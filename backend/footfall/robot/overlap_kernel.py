@@ -8,10 +8,9 @@ from numba import prange
 from numpy.typing import NDArray
 
 from footfall.compiled import njit
+from footfall.core.arrays import Array
 from footfall.robot.leg_frames import PART_COUNT, leg_frames
 from footfall.robot.obstacles import NOTHING, SELF, TERRAIN
-
-Array = NDArray[np.float64]
 
 _TOUCH = 1e-9
 """Overlaps smaller than this [m] are left to the meshes."""

@@ -5,12 +5,11 @@ fast for little motion. Both numbers are of the posture alone, whatever stands a
 """
 
 import numpy as np
-from numpy.typing import ArrayLike, NDArray
+from numpy.typing import ArrayLike
 
+from footfall.core.arrays import Array
 from footfall.robot.limits import room_to_limits
 from footfall.robot.model import Robot
-
-Array = NDArray[np.float64]
 
 KNEE = 2
 """The joint of a leg that straightens it."""

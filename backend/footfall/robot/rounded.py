@@ -3,9 +3,8 @@
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
+from footfall.core.arrays import Array
 from footfall.core.mesh import Mesh
-
-Array = NDArray[np.float64]
 
 ARC = 2
 """Pieces of a rounded edge."""

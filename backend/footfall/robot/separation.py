@@ -13,12 +13,10 @@ nearest point of a simplex is found by the regions of C. Ericson, *Real-Time Col
 import math
 
 import numpy as np
-from numpy.typing import NDArray
 
 from footfall.compiled import njit
+from footfall.core.arrays import Array
 from footfall.robot.shells import CENTER, DISC, EXTENT, FIRST, HALF, LAST, REACH
-
-Array = NDArray[np.float64]
 
 MOST_STEPS = 24
 """Support points looked at before giving up; a typical answer needs one to five."""

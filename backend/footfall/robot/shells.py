@@ -9,12 +9,10 @@ Boxes and drums stand for a mesh only where they are hardly larger; any other me
 import math
 
 import numpy as np
-from numpy.typing import NDArray
 
+from footfall.core.arrays import Array
 from footfall.core.errors import InvalidRobot
 from footfall.core.mesh import Mesh
-
-Array = NDArray[np.float64]
 
 CENTER, HALF, EXTENT, DISC, REACH, FIRST, LAST = 0, 3, 6, 9, 10, 11, 12
 """Columns of a table of shells, one row for each; three columns for each of the first three.

@@ -7,6 +7,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from footfall.balance.tether import Tether
+from footfall.core.arrays import Array
 from footfall.core.errors import InvalidSequence
 from footfall.core.value import LATER, Provenance, Value, value
 from footfall.planning.motion import BODY, Motion
@@ -22,8 +23,6 @@ from footfall.telemetry.command_kinds import (
     kind_named,
 )
 from footfall.telemetry.state import RobotState
-
-Array = NDArray[np.float64]
 
 LEG_JOINTS = tuple(name for name, _ in JOINTS)
 """The six joints of a leg, in the order of a command's ``joints``."""

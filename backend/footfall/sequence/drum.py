@@ -3,13 +3,11 @@
 from dataclasses import replace
 
 import numpy as np
-from numpy.typing import NDArray
 
 from footfall.balance.tether import Tether
+from footfall.core.arrays import Array
 from footfall.sequence.commands import Command, RuleResult, Sequence
 from footfall.sequence.foot_moves import foot_moves
-
-Array = NDArray[np.float64]
 
 TETHER, LENGTH, SPEED = "tether", "tether-length", "tether-speed"
 UNHURRIED = 1.01

@@ -3,13 +3,12 @@
 import numpy as np
 from numpy.typing import NDArray
 
+from footfall.core.arrays import Array
 from footfall.core.value import Value, value
 from footfall.robot.ik import contact_point
 from footfall.robot.model import Robot
 from footfall.terrain.dem import Dem
 from footfall.terrain.ground.surface import height_at, normal_at
-
-Array = NDArray[np.float64]
 
 UP = np.array([0.0, 0.0, 1.0])
 

@@ -14,8 +14,8 @@ The last three are independent: their squares add, and NORMAL_95 of their deviat
 from dataclasses import dataclass, replace
 
 import numpy as np
-from numpy.typing import NDArray
 
+from footfall.core.arrays import Array
 from footfall.core.errors import InvalidInput
 from footfall.core.frames import apply
 from footfall.core.value import Provenance
@@ -32,8 +32,6 @@ from footfall.sequence.sequence_settings import SequenceSettings
 from footfall.sequence.yielding import follow
 from footfall.telemetry.state import RobotState
 from footfall.terrain.dem import Dem
-
-Array = NDArray[np.float64]
 
 SPRINGS = 0.2
 """So much softer, as a share, the springs may be than assumed."""

@@ -7,8 +7,8 @@ from collections.abc import Sequence
 from dataclasses import dataclass
 
 import numpy as np
-from numpy.typing import NDArray
 
+from footfall.core.arrays import Array
 from footfall.core.frames import apply
 from footfall.planning.legged.footing import rest
 from footfall.planning.legged.step import FEET_OFF
@@ -19,8 +19,6 @@ from footfall.sequence.commands import Command
 from footfall.sequence.passage import fitted
 from footfall.telemetry.command_kinds import CommandKind
 from footfall.terrain.dem import Dem
-
-Array = NDArray[np.float64]
 
 FEWEST_FEET = 3
 """Fewer don't say where the chassis is."""

@@ -8,8 +8,8 @@ same; *own-joints* asks that a move has as many joints as its leg, and *upright-
 from collections.abc import Iterator
 
 import numpy as np
-from numpy.typing import NDArray
 
+from footfall.core.arrays import Array
 from footfall.core.beside import beside
 from footfall.core.errors import InvalidSequence
 from footfall.core.frames import apply, require_transform
@@ -28,8 +28,6 @@ from footfall.sequence.sampled import samples
 from footfall.sequence.sequence_settings import SequenceSettings
 from footfall.telemetry.command_kinds import KINDS, LEG_LOWER, UNKNOWN
 from footfall.terrain.dem import Dem
-
-Array = NDArray[np.float64]
 
 RULES = {
     "limits": "joint-limits",

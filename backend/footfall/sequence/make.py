@@ -3,8 +3,8 @@
 from collections.abc import Iterator
 
 import numpy as np
-from numpy.typing import NDArray
 
+from footfall.core.arrays import Array
 from footfall.core.errors import InvalidSequence
 from footfall.core.value import Provenance
 from footfall.planning.body.move import BodyMovePlan, BodyMoveSettings
@@ -23,8 +23,6 @@ from footfall.sequence.rules import check_rules
 from footfall.sequence.sequence_settings import SequenceSettings
 from footfall.telemetry.command_kinds import LEG_MOVE
 from footfall.terrain.dem import Dem
-
-Array = NDArray[np.float64]
 
 RigidPlan = StepPlan | BodyMovePlan | WalkPlan
 

@@ -8,10 +8,10 @@ are filled as for planning: unseen ground must not be free. Moves of all legs ar
 from collections.abc import Iterator
 
 import numpy as np
-from numpy.typing import NDArray
 
 from footfall.balance.moving_leg import centers_of_mass
 from footfall.balance.payload import loaded
+from footfall.core.arrays import Array
 from footfall.core.beside import beside
 from footfall.core.frames import apply
 from footfall.maps.standing import STANDING_GAP, Contacts, contacts, wheel_gaps
@@ -29,8 +29,6 @@ from footfall.sequence.predict import target
 from footfall.sequence.sampled import balance_result, drag_result, samples, torque_result
 from footfall.sequence.sequence_settings import SequenceSettings
 from footfall.terrain.dem import Dem
-
-Array = NDArray[np.float64]
 
 MOTION_RULES = ("self-collision", "terrain-collision", "no-drag", "balance", "torque", "ends-on-ground")
 LOOKS = 12

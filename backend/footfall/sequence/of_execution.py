@@ -6,7 +6,6 @@ It may be that of a step, of a move of the chassis, or of foot moves of a walk, 
 from dataclasses import dataclass
 
 import numpy as np
-from numpy.typing import NDArray
 
 from footfall.core.errors import InvalidSequence
 from footfall.core.value import Provenance
@@ -20,8 +19,6 @@ from footfall.sequence.sequence_settings import SequenceSettings
 from footfall.sequence.yielding import follow
 from footfall.telemetry.state import RobotState
 from footfall.terrain.dem import Dem
-
-Array = NDArray[np.float64]
 
 Executed = Execution | BodyExecution | FootMoveExecution | WalkExecution
 """What becomes commands here."""

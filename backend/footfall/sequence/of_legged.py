@@ -3,8 +3,8 @@
 from itertools import pairwise
 
 import numpy as np
-from numpy.typing import NDArray
 
+from footfall.core.arrays import Array
 from footfall.core.errors import InvalidSequence
 from footfall.core.value import Provenance
 from footfall.planning.legged.problem import LeggedPlan
@@ -14,8 +14,6 @@ from footfall.sequence.legged_rules import check_legged_rules
 from footfall.sequence.predict import needed_duration
 from footfall.sequence.sequence_settings import COARSEST, SequenceSettings
 from footfall.terrain.dem import Dem
-
-Array = NDArray[np.float64]
 
 FASTEST_TURN, FASTEST_SLIDE = 0.5, 0.05
 """How fast joints go at most [rad/s, m/s], also where no limit is said: walks are planned for statics, and the speed

@@ -7,12 +7,11 @@ from dataclasses import dataclass
 from typing import Literal
 
 import numpy as np
-from numpy.typing import NDArray
 
+from footfall.core.arrays import Array
 from footfall.core.errors import InvalidInput
 from footfall.core.value import Provenance, Value, value
 
-Array = NDArray[np.float64]
 Verdict = Literal["as_predicted", "differs", "not_told"]
 
 VERDICTS = ("as_predicted", "differs", "not_told")

@@ -8,8 +8,8 @@ from collections.abc import Sequence
 from dataclasses import dataclass
 
 import numpy as np
-from numpy.typing import NDArray
 
+from footfall.core.arrays import Array
 from footfall.core.errors import InvalidSequence
 from footfall.core.frames import apply
 from footfall.maps.standing import standing, wheel_gaps
@@ -19,8 +19,6 @@ from footfall.sequence.commands import Command
 from footfall.sequence.predict import after, target
 from footfall.telemetry.command_kinds import POSTURE_MOVE
 from footfall.terrain.dem import Dem
-
-Array = NDArray[np.float64]
 
 CLEAR = 0.01
 """A wheel higher than this over the ground, or over where it stood, is off it [m]."""

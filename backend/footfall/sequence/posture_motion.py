@@ -7,9 +7,9 @@ are. So they are asked only not to be pressed into it; all other parts keep thei
 from collections.abc import Iterator
 
 import numpy as np
-from numpy.typing import NDArray
 
 from footfall.balance.payload import loaded
+from footfall.core.arrays import Array
 from footfall.core.beside import beside
 from footfall.core.frames import apply
 from footfall.maps.standing import STANDING_GAP, contacts, wheel_gaps
@@ -23,8 +23,6 @@ from footfall.sequence.passage import CLEAR, Passage, carried
 from footfall.sequence.sampled import balance_result, drag_result, samples, torque_result
 from footfall.sequence.sequence_settings import SequenceSettings
 from footfall.terrain.dem import Dem
-
-Array = NDArray[np.float64]
 
 
 def check_posture_move(

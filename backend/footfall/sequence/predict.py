@@ -1,11 +1,9 @@
 """What a list of commands asks of the joints, posture by posture. What the ground makes of it is in ``passage``."""
 
 import numpy as np
-from numpy.typing import NDArray
 
+from footfall.core.arrays import Array
 from footfall.sequence.commands import Command
-
-Array = NDArray[np.float64]
 
 
 def target(command: Command, leg_count: int) -> tuple[slice, Array] | None:

@@ -4,16 +4,14 @@ from dataclasses import dataclass
 from typing import TYPE_CHECKING
 
 import numpy as np
-from numpy.typing import NDArray
 
+from footfall.core.arrays import Array
 from footfall.sequence.commands import Sequence
 from footfall.sequence.foot_moves import Rows
 from footfall.sequence.sequence_settings import SequenceSettings
 
 if TYPE_CHECKING:
     from footfall.robot.model import Robot
-
-Array = NDArray[np.float64]
 
 
 @dataclass(frozen=True)

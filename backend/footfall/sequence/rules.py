@@ -36,9 +36,9 @@ A rule that can't be asked because an earlier one of the same row failed (the sp
 from collections.abc import Iterator
 
 import numpy as np
-from numpy.typing import NDArray
 
 from footfall.balance.balance_settings import GRAVITY
+from footfall.core.arrays import Array
 from footfall.core.errors import InvalidSequence
 from footfall.core.frames import require_transform
 from footfall.robot.limits import room_to_limits
@@ -53,8 +53,6 @@ from footfall.sequence.yielding import Yielding
 from footfall.sequence.yielding_rules import check_yielding
 from footfall.telemetry.command_kinds import KINDS, UNKNOWN
 from footfall.terrain.dem import Dem
-
-Array = NDArray[np.float64]
 
 TERRAIN_GIVEN = "terrain-given"
 SPEED_TOLERANCE = 1e-9

@@ -1,17 +1,15 @@
 """Rows at dense samples, and what rules make of them: one wording for the moves of one leg and of all."""
 
 import numpy as np
-from numpy.typing import NDArray
 
 from footfall.balance.support import margins
 from footfall.balance.torques import torque_check
+from footfall.core.arrays import Array
 from footfall.core.beside import beside
 from footfall.maps.standing import Contacts
 from footfall.robot.model import Robot
 from footfall.sequence.commands import RuleResult
 from footfall.sequence.sequence_settings import SequenceSettings
-
-Array = NDArray[np.float64]
 
 DRAG = 0.02
 """How far a wheel may move sideways while it is down on the ground [m]."""

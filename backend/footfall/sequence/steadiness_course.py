@@ -9,6 +9,7 @@ from numpy.typing import NDArray
 from footfall.balance.balance_settings import BalanceSettings
 from footfall.balance.moving_leg import centers_of_mass
 from footfall.balance.payload import loaded
+from footfall.core.arrays import Array
 from footfall.core.frames import apply
 from footfall.maps.standing import standing
 from footfall.maps.support_outlines import OUTLINES, Support, support_of
@@ -21,8 +22,6 @@ from footfall.sequence.commands import Sequence
 from footfall.sequence.sampled import DRAG
 from footfall.sequence.sequence_settings import SequenceSettings
 from footfall.terrain.dem import Dem
-
-Array = NDArray[np.float64]
 
 SAMPLING = 0.02
 """Largest joint step between two moments [rad]."""

@@ -8,8 +8,8 @@ from collections.abc import Sequence
 from dataclasses import dataclass
 
 import numpy as np
-from numpy.typing import NDArray
 
+from footfall.core.arrays import Array
 from footfall.core.errors import InvalidSequence
 from footfall.core.frames import apply
 from footfall.maps.standing import contacts
@@ -26,8 +26,6 @@ from footfall.sequence.commands import AtRest, Command
 from footfall.sequence.predict import after, target
 from footfall.sequence.sequence_settings import SequenceSettings
 from footfall.terrain.dem import Dem
-
-Array = NDArray[np.float64]
 
 BASELINE = 4.0
 """The rover compares the force on a wheel that it lowers with the least one of so many seconds before."""

@@ -24,10 +24,10 @@ of the prediction, at most 0.05 rad of the set points apart, joints and chassis 
 from collections.abc import Iterator
 
 import numpy as np
-from numpy.typing import NDArray
 
 from footfall.balance.payload import loaded
 from footfall.balance.support import margins
+from footfall.core.arrays import Array
 from footfall.core.beside import beside
 from footfall.core.frames import apply
 from footfall.planning.answers import No
@@ -48,8 +48,6 @@ from footfall.sequence.sampled import DRAG
 from footfall.sequence.sequence_settings import SequenceSettings
 from footfall.sequence.yielding import Yielding, YieldingRow
 from footfall.telemetry.command_kinds import WAIT
-
-Array = NDArray[np.float64]
 
 SLIP = 0.005
 """How far the material of a standing wheel may be predicted to slip over the ground [m]; of one that steps DRAG."""

@@ -7,16 +7,14 @@ from abc import ABC, abstractmethod
 from typing import Protocol
 
 import numpy as np
-from numpy.typing import NDArray
 
+from footfall.core.arrays import Array
 from footfall.robot.limits import farthest_past
 from footfall.robot.model import Robot
 from footfall.robot.tolerance import digits_apart
 from footfall.sequence.predict import needed_duration
 from footfall.telemetry.command_kinds import KINDS, UNKNOWN
 from footfall.telemetry.link import AckMessage, CommandMessage
-
-Array = NDArray[np.float64]
 
 
 class MotionUnderWay(Protocol):

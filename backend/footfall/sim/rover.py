@@ -12,6 +12,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from footfall.balance.friction import FRICTION
+from footfall.core.arrays import Array
 from footfall.core.errors import InvalidInput
 from footfall.maps.standing import wheel_gaps
 from footfall.robot.model import Robot
@@ -21,8 +22,6 @@ from footfall.sim.statics import CONTACT_GAP, loads
 from footfall.telemetry.link import AckMessage, CommandMessage
 from footfall.telemetry.state import RobotState, TelemetryFrame
 from footfall.terrain.dem import Dem
-
-Array = NDArray[np.float64]
 
 
 @dataclass

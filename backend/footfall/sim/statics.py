@@ -6,6 +6,7 @@ from numpy.typing import NDArray
 from footfall.balance.balance_settings import GRAVITY
 from footfall.balance.forces import distribute
 from footfall.balance.friction import FRICTION
+from footfall.core.arrays import Array
 from footfall.core.errors import InvalidInput
 from footfall.core.frames import apply
 from footfall.robot.kinematics import center_of_mass, gravity_torques, leg_link_poses
@@ -13,8 +14,6 @@ from footfall.robot.leg_frames import JOINT_AXES
 from footfall.robot.model import Robot
 from footfall.sequence.feet import feet
 from footfall.terrain.dem import Dem
-
-Array = NDArray[np.float64]
 
 CONTACT_GAP = 0.02
 """A wheel within this of the ground carries load [m]: a rover's weight compresses its wheels by about as much."""

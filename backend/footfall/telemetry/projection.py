@@ -3,9 +3,8 @@
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
+from footfall.core.arrays import Array
 from footfall.telemetry.images import Camera
-
-Array = NDArray[np.float64]
 
 NEAREST = 0.05
 """Points closer to a lens than this [m], along its axis, are not in the image."""

@@ -5,15 +5,14 @@ number, or (east, north); it is rounded to whole cells. Equal arguments give equ
 """
 
 import numpy as np
-from numpy.typing import NDArray
 
+from footfall.core.arrays import Array
 from footfall.core.errors import InvalidTerrain
 from footfall.core.value import Provenance
 from footfall.terrain.dem import Dem
 from footfall.terrain.from_arrays import check_cell_count, from_heights
 from footfall.terrain.rocks import add_rocks, draw_rocks
 
-Array = NDArray[np.float64]
 Size = float | tuple[float, float]
 
 

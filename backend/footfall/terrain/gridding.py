@@ -3,8 +3,9 @@
 import math
 
 import numpy as np
-from numpy.typing import ArrayLike, NDArray
+from numpy.typing import ArrayLike
 
+from footfall.core.arrays import Array
 from footfall.core.errors import InvalidTerrain
 from footfall.core.frames import require_transform
 from footfall.core.grid import GridGeometry
@@ -13,8 +14,6 @@ from footfall.terrain.dem import MAX_SOURCES, Dem
 from footfall.terrain.from_arrays import check_cell_count, check_no_value_numbers
 from footfall.terrain.gridding_kernel import by_cell, extent, supported, surfaces
 from footfall.terrain.scan import NOISE, UNITS, UPS, VEGETATION, Scan, ScanSettings
-
-Array = NDArray[np.float64]
 
 _FINEST = 0.02
 _POINTS_A_CELL = 4

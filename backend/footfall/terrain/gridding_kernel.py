@@ -4,8 +4,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from footfall.compiled import njit
-
-Array = NDArray[np.float64]
+from footfall.core.arrays import Array
 
 _MAD = 1.4826
 """Standard deviation of a normal distribution over its median absolute deviation."""

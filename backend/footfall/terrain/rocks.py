@@ -1,13 +1,12 @@
 """Rocks on terrain: drawn with the sizes found at landing sites, and stamped onto a map."""
 
 import numpy as np
-from numpy.typing import ArrayLike, NDArray
+from numpy.typing import ArrayLike
 
+from footfall.core.arrays import Array
 from footfall.core.errors import InvalidTerrain
 from footfall.core.value import Provenance
 from footfall.terrain.dem import Dem
-
-Array = NDArray[np.float64]
 
 HEIGHT_PER_DIAMETER = 0.5
 """Assumed: rocks stand about half as high as they are wide."""

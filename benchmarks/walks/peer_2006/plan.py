@@ -12,8 +12,8 @@ import time
 from dataclasses import replace
 
 import numpy as np
-from numpy.typing import NDArray
 
+from footfall.core.arrays import Array
 from footfall.core.errors import InvalidInput
 from footfall.core.value import Provenance
 from footfall.planning.scene.ground import Nearby
@@ -33,7 +33,6 @@ from footfall.telemetry.state import RobotState
 from footfall.terrain.dem import Dem
 from footfall.terrain.ground.unseen import without_holes_between
 
-Array = NDArray[np.float64]
 Feet = tuple[int, ...]
 Edge = tuple[Feet, int, int]
 

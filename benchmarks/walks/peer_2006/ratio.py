@@ -3,11 +3,9 @@
 from dataclasses import dataclass
 
 import numpy as np
-from numpy.typing import NDArray
 
+from footfall.core.arrays import Array
 from footfall.core.errors import InvalidInput
-
-Array = NDArray[np.float64]
 
 DRAWS = 10_000
 """Samples of the bootstrap (Efron, "Bootstrap methods: another look at the jackknife", 1979)."""

@@ -1,15 +1,14 @@
 """What answers that are made by hand hold; those that are values tell it themselves. Members may be added later."""
 
-from typing import Annotated, Any, TypedDict
+from typing import Annotated, TypedDict
 
-from numpy.typing import NDArray
 from pydantic import Field
 
+from footfall.core.arrays import AnyArray
 from footfall.core.value import Value
 from footfall.session.answers.jobs import JobInSummary, Share
 from footfall.session.answers.notes import DigestText
 
-Array = NDArray[Any]
 Url = Annotated[str, Field(description="path on this server")]
 
 
@@ -67,10 +66,10 @@ class TelemetryAnswer(TypedDict):
     number: int
     time: float
     mode: str
-    posture: Array
-    T_site_base: Array
-    wheel_forces: Array
-    joint_torques: Array
+    posture: AnyArray
+    T_site_base: AnyArray
+    wheel_forces: AnyArray
+    joint_torques: AnyArray
     age_s: float | None
 
 
@@ -84,11 +83,11 @@ class WhatIfAnswer(StateNamed):
     """Where the rover would stand after a shift of its chassis."""
 
     shift: Value | None
-    posture: Array
-    T_site_base: Array
+    posture: AnyArray
+    T_site_base: AnyArray
     predicted: list[str]
-    wheel_forces: Array
-    joint_torques: Array
+    wheel_forces: AnyArray
+    joint_torques: AnyArray
 
 
 class Listener(TypedDict):

@@ -4,7 +4,7 @@ from typing import Annotated, Literal, TypedDict
 
 from pydantic import Field
 
-from footfall.api.bodies.answers import Array
+from footfall.core.arrays import Array
 from footfall.core.value import Value
 from footfall.planning.answers import Check, Status
 from footfall.planning.execution.problem import Execution

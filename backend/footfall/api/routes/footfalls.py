@@ -5,9 +5,9 @@ from typing import TypedDict
 import numpy as np
 
 from footfall.api.access import OneSession, product
-from footfall.api.bodies.answers import Array
 from footfall.api.bodies.schemas import FootfallChoice, Ray
 from footfall.api.routing import Routes
+from footfall.core.arrays import Array
 from footfall.core.errors import InvalidInput
 from footfall.session.answers.choices import FootfallAnswer
 from footfall.terrain.dem import Dem

@@ -7,11 +7,11 @@ from fastapi import Query
 from numpy.typing import NDArray
 
 from footfall.api.access import OneSession, product
-from footfall.api.bodies.answers import Array
 from footfall.api.routes.image_views import Views
 from footfall.api.routes.images import PairName, Side, SnapshotName, pair_of
 from footfall.api.routing import Routes
 from footfall.core import frames
+from footfall.core.arrays import Array
 from footfall.core.errors import InvalidInput
 from footfall.planning.step.problem import PlanResult
 from footfall.session.answers.notes import DigestText

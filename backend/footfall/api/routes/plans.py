@@ -7,11 +7,12 @@ from typing import Any, TypedDict
 from fastapi import Response
 
 from footfall.api.access import Digest, OneSession, product
-from footfall.api.bodies.answers import Array, JobAnswer, StateNamed
+from footfall.api.bodies.answers import JobAnswer, StateNamed
 from footfall.api.bodies.schemas import AlternativesOrder, GoOn, PlanChoice, PlanOrder
 from footfall.api.bodies.settings_models import settings_value
 from footfall.api.routes.jobs import accepted, job_body
 from footfall.api.routing import Routes
+from footfall.core.arrays import Array
 from footfall.core.errors import Conflict
 from footfall.planning.step.alternatives import KINDS
 from footfall.planning.step.problem import GOAL_ORDERS, PLANNERS, PlanResult, StepSettings

@@ -4,8 +4,8 @@ from collections.abc import Mapping
 from typing import TypedDict
 
 from footfall.api.access import AllSessions
-from footfall.api.bodies.answers import Array
 from footfall.api.routing import Routes
+from footfall.core.arrays import Array
 from footfall.io.robot_files import load_robot
 from footfall.session.answers.notes import DigestText
 

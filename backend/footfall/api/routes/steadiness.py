@@ -6,8 +6,8 @@ import numpy as np
 from pydantic import Field
 
 from footfall.api.access import Digest, OneSession
-from footfall.api.bodies.answers import Array
 from footfall.api.routing import Routes
+from footfall.core.arrays import AnyArray, Array
 from footfall.session.answers.notes import DigestText
 from footfall.session.core import present
 from footfall.session.steadiness import along, judged
@@ -55,7 +55,7 @@ class CourseAnswer(TypedDict):
 
     digest: DigestText
     moments: Array
-    rows: Array
+    rows: AnyArray
     margins: dict[str, Array]
     known: Known
     worst: dict[str, WorstMoment | None]

@@ -3,16 +3,14 @@
 from dataclasses import dataclass
 
 import numpy as np
-from numpy.typing import NDArray
 
+from footfall.core.arrays import Array
 from footfall.core.frames import apply
 from footfall.core.polygon import convex_hull
 from footfall.robot.description import link_name
 from footfall.robot.kinematics import leg_link_poses, wheel_centers
 from footfall.robot.model import Robot
 from footfall.sequence.commands import Sequence
-
-Array = NDArray[np.float64]
 
 WIDTH, HEIGHT, EDGE = 88.0, 72.0, 6.0
 """Of a picture, and its empty edge [mm]."""

@@ -6,8 +6,8 @@ from dataclasses import dataclass
 from typing import Any, NoReturn
 
 import numpy as np
-from numpy.typing import NDArray
 
+from footfall.core.arrays import Array
 from footfall.core.errors import InvalidSequence
 from footfall.core.misread import Unreadable, place_of
 from footfall.core.strict_json import read_json
@@ -22,8 +22,6 @@ from footfall.telemetry.command_kinds import (
     LEG_ANGLES,
     CommandKind,
 )
-
-Array = NDArray[np.float64]
 
 
 @dataclass(frozen=True)

@@ -4,10 +4,11 @@ import numpy as np
 
 from footfall.balance.forces import distribute
 from footfall.balance.torques import holding_torques
+from footfall.core.arrays import Array
 from footfall.core.errors import InvalidInput
 from footfall.core.frames import apply
 from footfall.core.value import Provenance
-from footfall.maps.standing import Array, contacts, standing
+from footfall.maps.standing import contacts, standing
 from footfall.planning.body.body_shift import PredictedState
 from footfall.robot.kinematics import center_of_mass
 from footfall.robot.model import Robot

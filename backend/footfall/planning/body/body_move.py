@@ -4,8 +4,8 @@ from collections.abc import Sequence
 from dataclasses import dataclass
 
 import numpy as np
-from numpy.typing import NDArray
 
+from footfall.core.arrays import Array
 from footfall.core.errors import InvalidInput
 from footfall.core.progress import Progress, no_progress
 from footfall.core.value import Provenance
@@ -25,8 +25,6 @@ from footfall.robot.model import Robot
 from footfall.robot.tolerance import outside_in_words, state_inside
 from footfall.telemetry.state import RobotState
 from footfall.terrain.dem import Dem
-
-Array = NDArray[np.float64]
 
 ADVICE = {
     Status.START_INVALID: "correct the state or the terrain, or ask for less clearance or margin",

@@ -1,14 +1,12 @@
 """A shift of the chassis over feet that stay where they are, and the two answers to it."""
 
 import numpy as np
-from numpy.typing import NDArray
 
+from footfall.core.arrays import Array
 from footfall.core.errors import InvalidInput
 from footfall.core.frames import rotation_rpy, rpy
 from footfall.core.value import Provenance, Value, value
 from footfall.telemetry.state import RobotState
-
-Array = NDArray[np.float64]
 
 FARTHEST = 5.0
 """Largest shift along one axis that is taken for meant [m]."""

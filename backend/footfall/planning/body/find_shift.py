@@ -3,9 +3,9 @@
 from dataclasses import dataclass
 
 import numpy as np
-from numpy.typing import NDArray
 
 from footfall.balance.support import half_planes
+from footfall.core.arrays import Array
 from footfall.core.beside import beside
 from footfall.core.errors import InvalidInput
 from footfall.core.progress import Progress, no_progress
@@ -26,8 +26,6 @@ from footfall.planning.watch import OutOfTime, Watch
 from footfall.robot.model import Robot
 from footfall.telemetry.state import RobotState
 from footfall.terrain.dem import Dem
-
-Array = NDArray[np.float64]
 
 ATTEMPTS = 6
 """Shifts without violations that are looked at exactly, cheapest first."""

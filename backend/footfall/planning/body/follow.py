@@ -10,8 +10,8 @@ from collections.abc import Sequence
 from dataclasses import dataclass
 
 import numpy as np
-from numpy.typing import NDArray
 
+from footfall.core.arrays import Array
 from footfall.core.frames import apply, inverse
 from footfall.planning.between_rows import base_path
 from footfall.planning.scene.lift import LARGEST_STEP
@@ -21,8 +21,6 @@ from footfall.robot.kinematics import wheel_pose
 from footfall.robot.limits import farthest_past, room_to_limits
 from footfall.robot.model import Robot
 from footfall.robot.tolerance import digits_apart
-
-Array = NDArray[np.float64]
 
 DRIFT = 0.002
 """How far a standing wheel may drift while the joints move in straight lines between waypoints [m]."""

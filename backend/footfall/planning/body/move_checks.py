@@ -9,11 +9,11 @@ from collections.abc import Callable, Sequence
 from dataclasses import dataclass
 
 import numpy as np
-from numpy.typing import NDArray
 
 from footfall.balance.moving_leg import centers_of_mass
 from footfall.balance.support import margins
 from footfall.balance.torques import torque_margin
+from footfall.core.arrays import Array
 from footfall.core.frames import apply, inverse
 from footfall.maps.standing import Contacts
 from footfall.planning.answers import Check
@@ -31,8 +31,6 @@ from footfall.robot.description import link_name
 from footfall.robot.kinematics import center_of_mass
 from footfall.robot.limits import room_to_limits
 from footfall.robot.model import Robot
-
-Array = NDArray[np.float64]
 
 SAMPLING = 0.01
 """Largest change of a joint between two samples [rad]: the chassis moves by a centimetre or so."""

@@ -7,16 +7,14 @@ move keeps a reserve where it ends. What a leg lacks already before the move it 
 from collections.abc import Iterable, Sequence
 
 import numpy as np
-from numpy.typing import NDArray
 
+from footfall.core.arrays import Array
 from footfall.core.beside import beside
 from footfall.planning.answers import Check
 from footfall.planning.body.checked import MoveCheck
 from footfall.planning.body.move import BodyMoveSettings
 from footfall.robot.model import Robot
 from footfall.robot.reserve import joint_reserves, reach_reserves
-
-Array = NDArray[np.float64]
 
 SAME = 1e-6
 """Less than this is lost by rounding alone [m, rad]."""

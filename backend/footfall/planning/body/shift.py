@@ -3,11 +3,11 @@
 from collections.abc import Sequence
 
 import numpy as np
-from numpy.typing import NDArray
 
 from footfall.balance.forces import distribute
 from footfall.balance.support import margin
 from footfall.balance.torques import holding_torques
+from footfall.core.arrays import Array
 from footfall.core.errors import InvalidInput
 from footfall.core.frames import apply
 from footfall.core.value import Provenance
@@ -19,8 +19,6 @@ from footfall.robot.model import Robot
 from footfall.robot.tolerance import state_inside
 from footfall.telemetry.state import RobotState
 from footfall.terrain.dem import Dem
-
-Array = NDArray[np.float64]
 
 
 def shifted_state(robot: Robot, dem: Dem, state: RobotState, shift: BodyShift) -> PredictedState | ShiftRefused:

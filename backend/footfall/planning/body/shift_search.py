@@ -9,10 +9,9 @@ from collections.abc import Callable
 from dataclasses import dataclass
 
 import numpy as np
-from numpy.typing import NDArray
 from scipy.special import ndtri
 
-Array = NDArray[np.float64]
+from footfall.core.arrays import Array
 
 FIRST, NEXT, ROUNDS = 768, 256, 24
 PATIENCE = 5

@@ -3,10 +3,10 @@
 from dataclasses import dataclass
 
 import numpy as np
-from numpy.typing import NDArray
 
 from footfall.balance.forces import distribute
 from footfall.balance.torques import holding_torques
+from footfall.core.arrays import Array
 from footfall.core.beside import beside
 from footfall.core.errors import InvalidInput
 from footfall.core.frames import apply, rotation, transform
@@ -20,8 +20,6 @@ from footfall.telemetry.state import RobotState
 from footfall.terrain.dem import Dem
 from footfall.terrain.extent import spans
 from footfall.terrain.ground.surface import height_at, normal_at
-
-Array = NDArray[np.float64]
 
 HEIGHT_STEP = 0.05
 HEIGHT_RANGE = 0.6

@@ -8,10 +8,10 @@ import itertools
 from dataclasses import dataclass
 
 import numpy as np
-from numpy.typing import NDArray
 
 from footfall.balance.support import margins
 from footfall.balance.torques import torque_margin
+from footfall.core.arrays import Array
 from footfall.core.beside import beside
 from footfall.core.frames import apply
 from footfall.planning.body.body_move import StandingRover
@@ -25,8 +25,6 @@ from footfall.planning.step.held import NOTHING_HOLDS
 from footfall.planning.step.target import HEADINGS, candidates, upright_poses
 from footfall.robot.description import PARTS, link_name
 from footfall.robot.ik import wheel_pose_for_contact
-
-Array = NDArray[np.float64]
 
 SAMPLING = 0.02
 """Largest change of a joint between two looks at a lift [rad]."""

@@ -10,11 +10,11 @@ from collections.abc import Sequence
 from dataclasses import dataclass
 
 import numpy as np
-from numpy.typing import NDArray
 from scipy.spatial import ConvexHull
 
 from footfall.balance.moving_leg import centers_of_mass
 from footfall.balance.support import margins
+from footfall.core.arrays import Array
 from footfall.core.frames import inverse, rotation
 from footfall.core.mesh import Mesh
 from footfall.planning.body.body_move import StandingRover
@@ -31,8 +31,6 @@ from footfall.robot.kinematics import center_of_mass, wheel_pose
 from footfall.robot.leg_branches import bend_of, branch_number, wrist_of
 from footfall.robot.reserve import joint_reserves, reach_reserves
 from footfall.terrain.dem import Dem
-
-Array = NDArray[np.float64]
 
 JOINT_SPARE = 0.03
 """Distance to joint limits that is asked for here, so that the exact checks can do without luck [rad]."""

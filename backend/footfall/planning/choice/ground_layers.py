@@ -4,8 +4,8 @@ import math
 from dataclasses import dataclass
 
 import numpy as np
-from numpy.typing import NDArray
 
+from footfall.core.arrays import Array
 from footfall.core.grid import GridGeometry
 from footfall.maps.layers import MapSettings
 from footfall.maps.traversability import traversability
@@ -14,8 +14,6 @@ from footfall.planning.choice.state import Features
 from footfall.planning.route.cost import reach
 from footfall.robot.model import Robot
 from footfall.terrain.dem import Dem
-
-Array = NDArray[np.float64]
 
 MAPS = MapSettings()
 """Window and limits of the planes that are fitted: about one wheel."""

@@ -4,9 +4,9 @@ from dataclasses import dataclass
 from typing import TypeAlias
 
 import numpy as np
-from numpy.typing import NDArray
 
 from footfall.balance.support import support_polygon
+from footfall.core.arrays import Array
 from footfall.core.polygon import area
 from footfall.planning.answers import Status
 from footfall.planning.body.after import state_after
@@ -24,7 +24,6 @@ from footfall.robot.model import Robot
 from footfall.telemetry.state import RobotState
 from footfall.terrain.dem import Dem
 
-Array = NDArray[np.float64]
 Plan: TypeAlias = GaitPlan | WalkPlan
 
 _MISHAPS = {NAMES[MARGIN]: "tip", NAMES[TORQUE]: "torque", NAMES[NEAR]: "collision"}

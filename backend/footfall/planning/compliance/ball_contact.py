@@ -6,11 +6,10 @@ And how near it then is to touching the ground on another side too.
 import numpy as np
 from numpy.typing import NDArray
 
+from footfall.core.arrays import Array
 from footfall.planning.compliance.ball_contact_kernel import stopped_at
 from footfall.terrain.dem import Dem
 from footfall.terrain.ground.surface import height_at
-
-Array = NDArray[np.float64]
 
 COARSE = 12
 """The ground is looked at in at least so many steps from below the centre to the rim, at least once a cell."""

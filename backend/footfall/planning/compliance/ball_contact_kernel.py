@@ -4,9 +4,8 @@ import numpy as np
 from numpy.typing import NDArray
 
 from footfall.compiled import njit
+from footfall.core.arrays import Array
 from footfall.terrain.ground.height_kernel import height_in_cells
-
-Array = NDArray[np.float64]
 
 
 @njit()

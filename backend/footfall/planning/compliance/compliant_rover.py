@@ -15,6 +15,7 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from footfall.balance.payload import carried
+from footfall.core.arrays import Array
 from footfall.core.errors import InvalidInput
 from footfall.core.frames import require_transform, transform
 from footfall.maps.standing import STANDING_GAP, contacts
@@ -27,8 +28,6 @@ from footfall.robot.model import Robot
 from footfall.telemetry.state import RobotState
 from footfall.terrain.dem import Dem
 from footfall.terrain.ground.surface import height_at
-
-Array = NDArray[np.float64]
 
 INCREMENT = 0.01
 """Largest change of a set point in one increment of the load [rad]: about 1 cm at a wheel."""

@@ -11,9 +11,8 @@ import numpy as np
 from numpy.typing import NDArray
 
 from footfall.compiled import njit
+from footfall.core.arrays import Array
 from footfall.robot.leg_frames import JOINT_AXES, PART_COUNT, leg_frames
-
-Array = NDArray[np.float64]
 
 BALANCED = 1e-4
 """Force and moment left over [N, N·m] at which the rover counts as settled: springs move by 1e-8 m."""

@@ -11,6 +11,7 @@ from numpy.typing import ArrayLike, NDArray
 from footfall.balance.forces import equilibrium_matrix
 from footfall.balance.payload import loaded
 from footfall.balance.posture_statics import PostureStatics
+from footfall.core.arrays import Array
 from footfall.core.errors import InvalidInput
 from footfall.core.frames import apply, inverse
 from footfall.planning.compliance.compliant_rover import CompliantRover, RestingRover, require_three
@@ -18,8 +19,6 @@ from footfall.planning.compliance.equilibrium_kernel import Pose
 from footfall.planning.compliance.seen_yield import LEAST_YIELD
 from footfall.robot.tolerance import inside
 from footfall.telemetry.state import RobotState
-
-Array = NDArray[np.float64]
 
 DOUBT = 0.2
 """How far the stiffness of a joint may be from its description, as a share (one standard deviation)."""

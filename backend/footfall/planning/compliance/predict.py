@@ -3,13 +3,12 @@
 from dataclasses import dataclass
 
 import numpy as np
-from numpy.typing import ArrayLike, NDArray
+from numpy.typing import ArrayLike
 
+from footfall.core.arrays import Array
 from footfall.core.errors import InvalidInput
 from footfall.core.progress import Progress, no_progress
 from footfall.planning.compliance.compliant_rover import CompliantRover, RestingRover
-
-Array = NDArray[np.float64]
 
 STRIDE = 0.05
 """Largest change of a set point between two looks at the ground under wheels in the air [rad]."""

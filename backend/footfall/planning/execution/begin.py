@@ -4,8 +4,9 @@ from collections.abc import Mapping
 from dataclasses import dataclass
 
 import numpy as np
-from numpy.typing import ArrayLike, NDArray
+from numpy.typing import ArrayLike
 
+from footfall.core.arrays import Array
 from footfall.core.errors import InvalidInput
 from footfall.core.value import Provenance
 from footfall.planning.answers import No, Status
@@ -19,8 +20,6 @@ from footfall.planning.step.problem import StepPlan
 from footfall.robot.model import Robot
 from footfall.telemetry.state import RobotState
 from footfall.terrain.dem import Dem
-
-Array = NDArray[np.float64]
 
 REACH_OUT = 0.5
 """Ground beyond feet and chassis that the leg may step onto [m]."""

@@ -5,9 +5,9 @@ every leg, and the ground's forces then give the set points.
 """
 
 import numpy as np
-from numpy.typing import NDArray
 from scipy.spatial.transform import Rotation
 
+from footfall.core.arrays import Array
 from footfall.core.frames import inverse
 from footfall.core.progress import Progress
 from footfall.planning.between_rows import finer
@@ -21,8 +21,6 @@ from footfall.planning.motion import BODY
 from footfall.planning.scene.lift import LARGEST_STEP
 from footfall.robot.ik import solve_leg
 from footfall.robot.model import Robot
-
-Array = NDArray[np.float64]
 
 FEWEST = 4
 """Rows of the shortest move."""

@@ -6,6 +6,7 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
+from footfall.core.arrays import Array
 from footfall.core.frames import apply
 from footfall.core.progress import Progress
 from footfall.planning.between_rows import finer
@@ -17,8 +18,6 @@ from footfall.planning.execution.leg_moves import strained, with_hub_at
 from footfall.planning.execution.walker import ROW, Lost, Walker
 from footfall.planning.step.problem import StepPlan
 from footfall.robot.kinematics import wheel_centers
-
-Array = NDArray[np.float64]
 
 SHARES = 10
 """Waypoints in which load leaves the leg, or comes onto it, with the chassis held."""

@@ -7,12 +7,11 @@ from numpy.typing import NDArray
 
 from footfall.balance.forces import distribute, equilibrium_matrix
 from footfall.balance.payload import loaded
+from footfall.core.arrays import Array
 from footfall.core.frames import apply
 from footfall.planning.compliance.compliant_rover import CompliantRover, RestingRover
 from footfall.planning.compliance.from_telemetry import gravity_and_jacobians, holding, wheel_arms
 from footfall.robot.kinematics import center_of_mass
-
-Array = NDArray[np.float64]
 
 FEWEST_HELD = 3
 """So many wheels' forces have to be free to balance the rover."""

@@ -5,14 +5,12 @@ known is taken. So no branch can flip, also where the wrist is straight, and the
 """
 
 import numpy as np
-from numpy.typing import NDArray
 
 from footfall.balance.posture_statics import PostureStatics
+from footfall.core.arrays import Array
 from footfall.core.frames import apply, inverse
 from footfall.robot.kinematics import leg_wheel_pose, wheel_jacobian
 from footfall.robot.model import Robot
-
-Array = NDArray[np.float64]
 
 _ROUNDS = 12
 _CLOSE = 1e-7

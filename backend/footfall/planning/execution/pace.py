@@ -1,12 +1,10 @@
 """How fast rows of set points are gone through, and how long is waited after them."""
 
 import numpy as np
-from numpy.typing import NDArray
 
+from footfall.core.arrays import Array
 from footfall.planning.execution.problem import ends_of
 from footfall.robot.model import Robot
-
-Array = NDArray[np.float64]
 
 SWAY = 0.7
 """Half the period in which the chassis sways after a stop [s]: 1.2 to 1.5 s, mostly about the vertical."""

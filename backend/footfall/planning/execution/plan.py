@@ -7,8 +7,9 @@ The method of the prediction is in :mod:`footfall.planning.compliance.compliant_
 from dataclasses import dataclass, replace
 
 import numpy as np
-from numpy.typing import ArrayLike, NDArray
+from numpy.typing import ArrayLike
 
+from footfall.core.arrays import Array
 from footfall.core.progress import Progress, no_progress, part
 from footfall.core.value import Provenance
 from footfall.planning.answers import Check, No, Status
@@ -30,8 +31,6 @@ from footfall.planning.step.problem import StepPlan, StepSettings
 from footfall.robot.model import Robot
 from footfall.telemetry.state import RobotState
 from footfall.terrain.dem import Dem
-
-Array = NDArray[np.float64]
 
 MOST_LIFTS = 5
 """Heights of the lift that are tried."""

@@ -7,6 +7,7 @@ from numpy.typing import NDArray
 
 from footfall.balance.payload import loaded
 from footfall.balance.support import margins
+from footfall.core.arrays import Array
 from footfall.core.frames import apply
 from footfall.planning.answers import Check, Status
 from footfall.planning.body.move_checks import LOCKED, Path, coms_of, dense
@@ -20,8 +21,6 @@ from footfall.robot.limits import room_to_limits
 from footfall.robot.model import Robot
 from footfall.robot.tolerance import inside
 from footfall.terrain.dem import Dem
-
-Array = NDArray[np.float64]
 
 ADVICE = {
     "wheel clearance": "ask for a higher lift, or take another mode",

@@ -3,10 +3,9 @@
 import numpy as np
 from numpy.typing import NDArray
 
+from footfall.core.arrays import Array
 from footfall.terrain.dem import Dem
 from footfall.terrain.ground.surface import height_at
-
-Array = NDArray[np.float64]
 
 
 def rim_clearance(dem: Dem, hubs: Array, radius: float) -> Array:

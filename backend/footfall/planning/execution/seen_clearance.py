@@ -6,8 +6,9 @@ All clearances are those of :mod:`footfall.planning.execution.rim`, so that they
 from dataclasses import dataclass
 
 import numpy as np
-from numpy.typing import ArrayLike, NDArray
+from numpy.typing import ArrayLike
 
+from footfall.core.arrays import Array
 from footfall.core.errors import InvalidInput
 from footfall.core.frames import apply
 from footfall.planning.compliance.from_telemetry import UNEXPLAINED
@@ -17,8 +18,6 @@ from footfall.robot.kinematics import wheel_centers, wheel_jacobian
 from footfall.robot.model import Robot
 from footfall.telemetry.state import RobotState
 from footfall.terrain.dem import Dem
-
-Array = NDArray[np.float64]
 
 NORMAL_95 = 1.96
 """Standard deviations on either side that hold 95 % of a normal distribution."""

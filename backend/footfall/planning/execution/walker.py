@@ -1,13 +1,11 @@
 """Set points followed row by row, with where the rover is predicted to be after each."""
 
 import numpy as np
-from numpy.typing import NDArray
 
+from footfall.core.arrays import Array
 from footfall.core.progress import Progress
 from footfall.planning.compliance.compliant_rover import CompliantRover, RestingRover
 from footfall.planning.compliance.predict import advanced
-
-Array = NDArray[np.float64]
 
 ROW = 0.05
 """Largest change of a planned joint between two waypoints [rad]."""

@@ -1,14 +1,12 @@
 """The posture at which a gait fails: that it was to take, whether or not its checks hold there."""
 
 import numpy as np
-from numpy.typing import NDArray
 
+from footfall.core.arrays import Array
 from footfall.planning.walk.foot_move import At
 from footfall.planning.walk.legs_kernel import leg_at
 from footfall.planning.walk.problem import Stance
 from footfall.planning.walk.world import World
-
-Array = NDArray[np.float64]
 
 
 def posture_over(world: World, at: At, stance: Stance, T_site_base: Array) -> Array:

@@ -3,14 +3,12 @@
 from dataclasses import dataclass, field
 
 import numpy as np
-from numpy.typing import NDArray
 
+from footfall.core.arrays import Array
 from footfall.planning.gait.step import Stepped, Swung
 from footfall.planning.motion import BODY
 from footfall.planning.walk.foot_move import At, BodyWay, Moved
 from footfall.planning.walk.problem import LIFT, LOWER, SWING, Stance
-
-Array = NDArray[np.float64]
 
 
 @dataclass

@@ -7,8 +7,8 @@ stand; of such as leave enough room, the ones nearest to the rover at ease.
 from dataclasses import dataclass, replace
 
 import numpy as np
-from numpy.typing import NDArray
 
+from footfall.core.arrays import Array, Ints
 from footfall.planning.gait.rhythm import Rhythm
 from footfall.planning.gait.step import Lack
 from footfall.planning.gait.stride_kernel import spares_of
@@ -23,9 +23,6 @@ from footfall.planning.walk.world import World
 from footfall.robot.ik import wheel_pose_for_contact
 from footfall.terrain.dem import Dem
 from footfall.terrain.ground.surface import height_at, normal_at
-
-Array = NDArray[np.float64]
-Rows = NDArray[np.int64]
 
 HIGHER = np.array([0.0, -0.1, 0.1, -0.15, -0.2, -0.25, -0.3])
 """Heights of the chassis that are looked at, above that at ease [m]."""
@@ -123,14 +120,14 @@ def _on_ground(world: World, dem: Dem, beat: Rhythm, way: Guide, feet: Array) ->
     return contacts, normals, _wheels(world, beat, yaw, contacts, normals, np.arange(len(xy)))
 
 
-def _wheels(world: World, beat: Rhythm, yaws: Array, contacts: Array, normals: Array, rows: Rows) -> Array:
+def _wheels(world: World, beat: Rhythm, yaws: Array, contacts: Array, normals: Array, rows: Ints) -> Array:
     """T_site_wheel (k, 4, 4) of wheels that head outward from the chassis; rows: (k,) of the rhythm."""
     hips = world.legs.Ts_base_hip[beat.legs[rows]]
     headings = yaws + np.arctan2(hips[:, 1, 0], hips[:, 0, 0])
     return wheel_pose_for_contact(world.robot, contacts, normals, headings, np.eye(4))
 
 
-def _spares(world: World, beat: Rhythm, Ts: Array, wheels: Array, rows: Rows) -> Array:
+def _spares(world: World, beat: Rhythm, Ts: Array, wheels: Array, rows: Ints) -> Array:
     """What legs have to spare (k,), −inf where the wheel's pose is unknown; rows: (k,) of the rhythm."""
     spares, three = np.empty(len(rows)), wheels[:, :3].copy()
     which, first, last = beat.legs[rows], beat.first[rows], beat.last[rows]

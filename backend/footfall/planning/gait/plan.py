@@ -4,8 +4,8 @@ import math
 from dataclasses import dataclass, replace
 
 import numpy as np
-from numpy.typing import NDArray
 
+from footfall.core.arrays import Array
 from footfall.core.errors import InvalidInput
 from footfall.core.progress import Progress, no_progress
 from footfall.core.value import Provenance
@@ -32,8 +32,6 @@ from footfall.robot.model import Robot
 from footfall.telemetry.state import RobotState
 from footfall.terrain.dem import Dem
 from footfall.terrain.ground.unseen import without_holes_between
-
-Array = NDArray[np.float64]
 
 SHORTER = (1.0, 0.75, 0.5)
 """Strides that are tried, as shares of the one asked for."""

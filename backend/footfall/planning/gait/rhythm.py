@@ -4,13 +4,10 @@ import math
 from dataclasses import dataclass
 
 import numpy as np
-from numpy.typing import NDArray
 
+from footfall.core.arrays import Array, Ints
 from footfall.planning.gait.problem import RIPPLE, TRIPOD
 from footfall.robot.model import Robot
-
-Array = NDArray[np.float64]
-Ints = NDArray[np.int64]
 
 
 def groups_of(robot: Robot, gait: str, heading: float) -> tuple[tuple[int, ...], ...]:

@@ -3,7 +3,6 @@
 from dataclasses import dataclass
 
 import numpy as np
-from numpy.typing import NDArray
 
 from footfall.planning.gait.layout import ENOUGH, Layout, placed
 from footfall.planning.gait.rhythm import Rhythm
@@ -12,8 +11,6 @@ from footfall.planning.gait.stride_kernel import spares_of
 from footfall.planning.walk.foot_move import At, Moved, foot_move
 from footfall.planning.walk.transition_kernel import vector_of
 from footfall.planning.walk.world import World
-
-Array = NDArray[np.float64]
 
 SEED = 0
 """Of the search of chassis poses for these foot moves."""

@@ -4,8 +4,8 @@ import math
 from dataclasses import dataclass
 
 import numpy as np
-from numpy.typing import NDArray
 
+from footfall.core.arrays import Array
 from footfall.planning.gait.stride_kernel import group_swings
 from footfall.planning.scene.rover_kernel import LIFTED, STANDING, TOUCHING
 from footfall.planning.walk.body_kernel import HOLDS, LEG, MARGIN, NEAR, TORQUE
@@ -14,8 +14,6 @@ from footfall.planning.walk.legs_kernel import UNREACHED, leg_at
 from footfall.planning.walk.problem import LIFT, LOWER, SWING, Stance
 from footfall.planning.walk.swing import HIGHER, RISES, risen
 from footfall.planning.walk.world import World
-
-Array = NDArray[np.float64]
 
 STILL = 1e-9
 """A chassis that goes no farther stays [m]."""

@@ -5,12 +5,10 @@ from numpy.typing import NDArray
 
 from footfall.balance.support_kernel import margin_of_feet
 from footfall.compiled import njit
+from footfall.core.arrays import Array, Ints
 from footfall.planning.scene.rover_kernel import CLEAR, center_of_mass, first_too_near, place_rover
 from footfall.planning.walk.body_kernel import HOLDS, MARGIN, NEAR, TORQUE, Checks, moved_between, torque_of
 from footfall.planning.walk.legs_kernel import LegsTables, leg_at
-
-Array = NDArray[np.float64]
-Ints = NDArray[np.int64]
 
 _TORQUE_EVERY = 4
 """Forces and torques are asked for at every so many samples, and at every waypoint."""

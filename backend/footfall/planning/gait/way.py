@@ -3,14 +3,12 @@
 import math
 
 import numpy as np
-from numpy.typing import NDArray
 
+from footfall.core.arrays import Array
 from footfall.core.errors import InvalidInput
 from footfall.planning.walk.footprint import Footprint
 from footfall.planning.walk.guide import Guide, guide
 from footfall.terrain.dem import Dem
-
-Array = NDArray[np.float64]
 
 _CHORDS = 64
 """That an arc is made of."""

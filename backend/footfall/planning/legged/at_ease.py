@@ -10,13 +10,12 @@ import numpy as np
 from numpy.typing import NDArray
 
 from footfall.balance.support import margin
+from footfall.core.arrays import Array
 from footfall.core.errors import InvalidRobot
 from footfall.planning.legged.over_ground import NEAR_SOLE
 from footfall.robot.legged.apart import BodyPairs
 from footfall.robot.legged.legged_robot import LeggedRobot
 from footfall.robot.legged.posture import placed
-
-Array = NDArray[np.float64]
 
 POSTURE = "stand"
 """Name of the posture of a robot.toml that is taken as it is."""

@@ -3,16 +3,14 @@
 from collections.abc import Iterator, Sequence
 
 import numpy as np
-from numpy.typing import NDArray
 
 from footfall.balance.support import half_planes
+from footfall.core.arrays import Array
 from footfall.core.frames import apply
 from footfall.core.polygon import clip, convex_hull
 from footfall.planning.legged.stance import Ground
 from footfall.planning.legged.whole_check import Feet, Refusal
 from footfall.robot.legged.posture import legs_to, placed
-
-Array = NDArray[np.float64]
 
 LEANS = (0.5, 0.0, 1.0)
 """Shares of the slope under the feet that the chassis takes on."""

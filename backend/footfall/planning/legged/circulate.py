@@ -13,8 +13,8 @@ from dataclasses import replace
 from itertools import islice
 
 import numpy as np
-from numpy.typing import NDArray
 
+from footfall.core.arrays import Array
 from footfall.core.frames import heading
 from footfall.core.progress import Progress, no_progress
 from footfall.planning.answers import Status
@@ -32,8 +32,6 @@ from footfall.planning.legged.whole_check import Refusal, Tally
 from footfall.planning.walk.problem import WalkGoal, goal_of
 from footfall.robot.legged.legged_robot import LeggedRobot
 from footfall.terrain.dem import Dem
-
-Array = NDArray[np.float64]
 
 FOOTFALLS = 4
 """Places that are tried for each foot."""

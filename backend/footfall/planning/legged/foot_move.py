@@ -4,9 +4,9 @@ from collections.abc import Callable, Iterator
 from typing import NamedTuple
 
 import numpy as np
-from numpy.typing import NDArray
 from scipy.spatial.transform import Rotation
 
+from footfall.core.arrays import Array
 from footfall.core.frames import apply, transform
 from footfall.planning.legged.chassis_poses import poses
 from footfall.planning.legged.footing import Rest, rest_heights
@@ -14,8 +14,6 @@ from footfall.planning.legged.problem import LeggedPlan, LeggedState
 from footfall.planning.legged.stance import Ground, all_standing
 from footfall.planning.legged.whole_check import Feet, Refusal, Tally
 from footfall.robot.legged.posture import leg_to, legs_to, placed
-
-Array = NDArray[np.float64]
 
 FootLine = Callable[[Ground, int, Array, Array], Iterator[tuple[str, Array]]]
 """Phase and centre of the sole all the way from one centre (3,) to another, of a leg."""

@@ -4,12 +4,11 @@ from functools import lru_cache
 from typing import NamedTuple
 
 import numpy as np
-from numpy.typing import ArrayLike, NDArray
+from numpy.typing import ArrayLike
 
+from footfall.core.arrays import Array
 from footfall.terrain.dem import Dem
 from footfall.terrain.ground.surface import height_at, normal_at
-
-Array = NDArray[np.float64]
 
 LATTICE = 8
 """Points of a ball's lower half to each side of its middle that are held against the ground: a ball sinks in by less

@@ -12,17 +12,15 @@ from collections.abc import Iterator
 from typing import NamedTuple
 
 import numpy as np
-from numpy.typing import NDArray
 
 from footfall.balance.support import margins
+from footfall.core.arrays import Array
 from footfall.core.frames import apply
 from footfall.planning.legged.problem import LeggedState
 from footfall.planning.legged.stacks import Stack, ring_margins
 from footfall.planning.legged.stance import Ground
 from footfall.planning.legged.whole_check import Refusal
 from footfall.robot.legged.posture import chassis_pose, legs_to, placed
-
-Array = NDArray[np.float64]
 
 ALONG, ACROSS, APART = 0.9, 0.4, 0.1
 """How far from where the chassis is wanted it may be, and how far apart the places are that are looked at [m]."""

@@ -3,13 +3,11 @@
 from typing import NamedTuple
 
 import numpy as np
-from numpy.typing import NDArray
 
+from footfall.core.arrays import Array
 from footfall.core.frames import heading
 from footfall.planning.legged.stance import Ground
 from footfall.planning.walk.problem import WalkGoal
-
-Array = NDArray[np.float64]
 
 
 class Guide(NamedTuple):

@@ -12,6 +12,7 @@ from typing import NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
+from footfall.core.arrays import Array
 from footfall.core.frames import apply, heading
 from footfall.core.progress import Progress, no_progress
 from footfall.maps import refusals
@@ -27,8 +28,6 @@ from footfall.planning.legged.whole_check import LIMIT_RESERVE, Refusal, Tally
 from footfall.robot.legged.legged_robot import LeggedRobot
 from footfall.terrain.dem import Dem
 from footfall.terrain.ground.surface import height_at
-
-Array = NDArray[np.float64]
 
 ROUGHEST = 0.03
 """RMS distance of the ground under a foot from its plane at most, as a share of the longest leg."""

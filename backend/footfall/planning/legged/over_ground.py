@@ -4,15 +4,13 @@ from typing import NamedTuple
 
 import numpy as np
 import trimesh
-from numpy.typing import NDArray
 
+from footfall.core.arrays import Array
 from footfall.core.mesh import Mesh
 from footfall.robot.legged.legged_robot import LeggedRobot
 from footfall.robot.legged.posture import Placed
 from footfall.terrain.dem import Dem
 from footfall.terrain.ground.surface import height_at
-
-Array = NDArray[np.float64]
 
 NEAR_SOLE = 2.0
 """Clearances around a sole within which a body may be nearer to the ground: there the foot stands."""

@@ -6,14 +6,12 @@ feet come abeam going backward.
 """
 
 import numpy as np
-from numpy.typing import NDArray
 
+from footfall.core.arrays import Array
 from footfall.core.frames import apply
 from footfall.planning.legged.guide import Guide
 from footfall.planning.legged.stacks import Stack
 from footfall.robot.legged.posture import chassis_pose
-
-Array = NDArray[np.float64]
 
 PHASES = 24
 """Beginnings of the rhythm that are compared."""

@@ -10,13 +10,11 @@ Engineering, 1990.
 from typing import NamedTuple
 
 import numpy as np
-from numpy.typing import NDArray
 
+from footfall.core.arrays import Array
 from footfall.core.errors import InvalidInput
 from footfall.robot.legged.legged_robot import LeggedRobot
 from footfall.robot.limb.cylindrical import CylindricalLimb
-
-Array = NDArray[np.float64]
 
 SAME = 1e-6
 """Axes are one where they are nearer than this [m], and upright where they lean by less."""

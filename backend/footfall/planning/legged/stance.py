@@ -3,8 +3,8 @@
 from collections.abc import Iterator
 
 import numpy as np
-from numpy.typing import NDArray
 
+from footfall.core.arrays import Array
 from footfall.core.frames import apply
 from footfall.planning.legged.at_ease import Ease, at_ease
 from footfall.planning.legged.footing import Rest, rest
@@ -13,8 +13,6 @@ from footfall.planning.legged.whole_check import Feet, WholeCheck
 from footfall.robot.legged.legged_robot import LeggedRobot
 from footfall.robot.legged.posture import chassis_pose
 from footfall.terrain.dem import Dem
-
-Array = NDArray[np.float64]
 
 ASIDE = 0.12
 """How far from its place at ease a footfall may be, as a share of the longest leg."""

@@ -3,14 +3,12 @@
 from collections.abc import Iterator
 
 import numpy as np
-from numpy.typing import NDArray
 
+from footfall.core.arrays import Array
 from footfall.core.frames import apply
 from footfall.planning.legged.foot_move import FootLine, raised, step_length
 from footfall.planning.legged.stacks import Stack
 from footfall.planning.legged.stance import Ground
-
-Array = NDArray[np.float64]
 
 DRAWN_IN = np.pi / 3
 """The foot is drawn in over this turn, and let out over as much [rad]."""

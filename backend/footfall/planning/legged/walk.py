@@ -10,7 +10,6 @@ from dataclasses import replace
 from itertools import islice
 
 import numpy as np
-from numpy.typing import NDArray
 
 from footfall.core.progress import Progress, no_progress
 from footfall.planning.answers import Status
@@ -34,8 +33,6 @@ from footfall.robot.legged.legged_robot import LeggedRobot
 from footfall.terrain.dem import Dem
 from footfall.terrain.extent import outside
 from footfall.terrain.ground.surface import height_at
-
-Array = NDArray[np.float64]
 
 SHORTER = (1.0, 0.6, 0.3)
 """Shares of a stride that are tried."""

@@ -4,10 +4,10 @@ from collections.abc import Iterator, Sequence
 from typing import NamedTuple
 
 import numpy as np
-from numpy.typing import NDArray
 
 from footfall.balance.legged_effort import effort_ratio
 from footfall.balance.support import margin
+from footfall.core.arrays import Array
 from footfall.core.frames import apply
 from footfall.planning.answers import Check
 from footfall.planning.legged.footing import rest_heights
@@ -17,8 +17,6 @@ from footfall.robot.legged.apart import BodyPairs
 from footfall.robot.legged.legged_robot import LeggedRobot
 from footfall.robot.legged.posture import Placed, placed
 from footfall.terrain.dem import Dem
-
-Array = NDArray[np.float64]
 
 UNITS = {"limits": "rad", "disc": "m", "support": "m", "ground": "m", "foot": "m", "self": "m", "effort": ""}
 """What is checked, in this order, and its unit; of a joint that slides the limits are in metres."""

@@ -7,11 +7,10 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 from scipy.ndimage import binary_dilation
 
+from footfall.core.arrays import Array
 from footfall.core.grid import GridGeometry
 from footfall.core.progress import Progress, no_progress, part
 from footfall.planning.route.field import CostField
-
-Array = NDArray[np.float64]
 
 MOST_CELLS = 1 << 20
 """Grids of more cells are looked at coarsely first."""

@@ -14,10 +14,10 @@ import numpy as np
 from numpy.typing import NDArray
 
 from footfall.compiled import njit
+from footfall.core.arrays import Ints
 
 Records = Any
 """An array of CORNER or of WAITING, whose fields numpy's types do not know."""
-Steps = NDArray[np.int64]
 
 NONE = -1
 CORNER = np.dtype(
@@ -42,7 +42,7 @@ BESIDE, INSIDE, ACROSS, STRAIGHT, DIAGONAL, NORTH, EAST = 0, 1, 2, 3, 4, 5, 6
 """Rows of the steps."""
 
 
-def steps_of(cols: int) -> Steps:
+def steps_of(cols: int) -> Ints:
     """(7, 8) steps in flat records of ``cols`` columns, for neighbours k counter-clockwise from the east.
 
     BESIDE: to neighbour k. Of pair k, neighbours k and k + 1: INSIDE: to the cell between them; ACROSS: to the cell on
@@ -86,7 +86,7 @@ def edge_cost(inside: float, beside: float, straight: float, diagonal: float) ->
 
 
 @njit()
-def over(corners: Records, steps: Steps, corner: int, pair: int) -> float:
+def over(corners: Records, steps: Ints, corner: int, pair: int) -> float:
     """What a corner costs when it is left over the edge of a pair of neighbours."""
     return edge_cost(
         corners[corner + steps[INSIDE, pair]].cell,

@@ -11,6 +11,7 @@ import numpy as np
 from numpy.typing import NDArray
 from scipy.ndimage import maximum_filter, uniform_filter1d
 
+from footfall.core.arrays import Array
 from footfall.core.errors import InvalidInput
 from footfall.core.grid import GridGeometry
 from footfall.core.progress import Progress, no_progress
@@ -21,8 +22,6 @@ from footfall.planning.route.problem import CostGrid, RouteSettings
 from footfall.robot.ik import contact_point
 from footfall.robot.model import Robot
 from footfall.terrain.dem import Dem
-
-Array = NDArray[np.float64]
 
 STANDING = "stand"
 """Name of the posture whose feet a route keeps on known ground."""

@@ -15,6 +15,7 @@ from typing import Protocol
 import numpy as np
 from numpy.typing import NDArray
 
+from footfall.core.arrays import Array
 from footfall.core.errors import InvalidInput
 from footfall.core.grid import GridGeometry
 from footfall.core.progress import Progress, no_progress
@@ -26,8 +27,6 @@ from footfall.planning.route.leg_places import LEGS, LegPlaces, leg_places
 from footfall.planning.route.problem import CostGrid, RouteSettings
 from footfall.robot.model import Robot
 from footfall.terrain.dem import Dem
-
-Array = NDArray[np.float64]
 
 LAYER = LayerInfo(
     "",

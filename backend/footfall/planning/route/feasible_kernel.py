@@ -5,14 +5,9 @@ is computed by itself begins.
 """
 
 import numpy as np
-from numpy.typing import NDArray
 
 from footfall.compiled import njit
-
-Heights = NDArray[np.float32]
-Array = NDArray[np.float64]
-Whole = NDArray[np.int32]
-Codes = NDArray[np.uint8]
+from footfall.core.arrays import Array, Bytes, Floats32, Ints32
 
 FREE, UNKNOWN, NO_FOOTING, TOO_HIGH, TOO_FEW, UNSUPPORTED = range(6)
 """What forbids a cell; words for them are in feasible.py."""
@@ -21,7 +16,7 @@ LEAST_LEGS = 5
 
 
 @njit()
-def footings(ground: Heights, beside: int, steepest: float, feet: Heights) -> None:
+def footings(ground: Floats32, beside: int, steepest: float, feet: Floats32) -> None:
     """Write the ground where a wheel may stand on it, −inf elsewhere, (rows, cols) [m].
 
     It may where no cell ``beside`` cells away in one of eight directions is unknown, or so high or low that the rise
@@ -44,7 +39,7 @@ def footings(ground: Heights, beside: int, steepest: float, feet: Heights) -> No
 
 
 @njit()
-def _wider(near: Heights, wide: Heights, largest: bool) -> None:
+def _wider(near: Floats32, wide: Floats32, largest: bool) -> None:
     """Write for each cell the largest (or least) of ``near`` among it and the two beside it."""
     last = near.size - 1
     for j in range(1, last):
@@ -58,7 +53,7 @@ def _wider(near: Heights, wide: Heights, largest: bool) -> None:
 
 
 @njit()
-def _largest_under(layer: Heights, halves: Whole, largest: bool, out: Heights) -> None:
+def _largest_under(layer: Floats32, halves: Ints32, largest: bool, out: Floats32) -> None:
     """Write the largest (or least) known number in the disc around each cell; halves: half its width, row by row."""
     rows, cols = layer.shape
     radius = halves.size // 2
@@ -84,7 +79,7 @@ def _largest_under(layer: Heights, halves: Whole, largest: bool, out: Heights) -
 
 
 @njit()
-def _sum_under(layer: Codes, halves: Whole, out: Whole) -> None:
+def _sum_under(layer: Bytes, halves: Ints32, out: Ints32) -> None:
     """Write the sum over the disc around each cell; beyond the layer there is 0."""
     rows, cols = layer.shape
     radius = halves.size // 2
@@ -106,15 +101,15 @@ def _sum_under(layer: Codes, halves: Whole, out: Whole) -> None:
 
 @njit()
 def under_rover(
-    ground: Heights,
-    feet: Heights,
-    trust: Codes,
-    halves: Whole,
-    highest: Heights,
-    lowest: Heights,
-    best: Heights,
-    trusted: Whole,
-    footed: Whole,
+    ground: Floats32,
+    feet: Floats32,
+    trust: Bytes,
+    halves: Ints32,
+    highest: Floats32,
+    lowest: Floats32,
+    best: Floats32,
+    trusted: Ints32,
+    footed: Ints32,
 ) -> None:
     """Write what lies in the disc around each cell, all (rows, cols).
 
@@ -166,7 +161,7 @@ def _five_support(feet, at, high, offsets, strokes, clockwise, count, rows, cols
 
 
 @njit()
-def _widen(line: Heights, wide: Heights) -> None:
+def _widen(line: Floats32, wide: Floats32) -> None:
     """Write the highest of 1, 2, 4, … cells from each one of a line on, (levels, cells)."""
     wide[0] = line
     for level in range(1, len(wide)):
@@ -179,7 +174,7 @@ def _widen(line: Heights, wide: Heights) -> None:
 
 
 @njit()
-def _highest_of(wide: Heights, i: int, west: int, margin: int, runs: Whole, best: Heights) -> None:
+def _highest_of(wide: Floats32, i: int, west: int, margin: int, runs: Ints32, best: Floats32) -> None:
     """Write the highest footing in half a leg's sector around the cells of row i from column ``west`` on.
 
     wide: of ``_widen``, the rows around row i, one after the other in a ring. runs: of that half, see LegPlaces.
@@ -193,7 +188,7 @@ def _highest_of(wide: Heights, i: int, west: int, margin: int, runs: Whole, best
 
 
 @njit()
-def _depths(strokes: Array, count: Whole) -> tuple[Array, Array]:
+def _depths(strokes: Array, count: Ints32) -> tuple[Array, Array]:
     """How deep a leg reaches wherever in its sector, and where it reaches deepest, each (headings, legs) [m]."""
     least, most = np.full(count.shape, np.inf), np.full(count.shape, -np.inf)
     for heading in range(count.shape[0]):
@@ -206,26 +201,26 @@ def _depths(strokes: Array, count: Whole) -> tuple[Array, Array]:
 
 @njit()
 def find_footfalls(
-    feet: Heights,
-    highest: Heights,
-    lowest: Heights,
-    best: Heights,
-    trusted: Whole,
-    footed: Whole,
+    feet: Floats32,
+    highest: Floats32,
+    lowest: Floats32,
+    best: Floats32,
+    trusted: Ints32,
+    footed: Ints32,
     least_trusted: float,
     all_cells: int,
     stroke: float,
     search_all: bool,
     margin: int,
-    rows: Whole,
-    cols: Whole,
+    rows: Ints32,
+    cols: Ints32,
     strokes: Array,
-    clockwise: Whole,
-    count: Whole,
-    runs: Whole,
-    first_run: Whole,
-    legs: Codes,
-    why: Codes,
+    clockwise: Ints32,
+    count: Ints32,
+    runs: Ints32,
+    first_run: Ints32,
+    legs: Bytes,
+    why: Bytes,
 ) -> None:
     """Write how many legs find footfalls that support, (headings, rows, cols), 0 where too few; and why all are 0.
 

@@ -8,6 +8,7 @@ import math
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
+from footfall.core.arrays import Array
 from footfall.core.errors import InvalidInput
 from footfall.core.grid import GridGeometry
 from footfall.core.progress import Progress, no_progress
@@ -17,8 +18,6 @@ from footfall.planning.route.field_kernel import COLS, LOOKED_AT, RISE, SHIFT, W
 from footfall.planning.route.follow_kernel import follow
 from footfall.planning.route.line_kernel import line_costs
 from footfall.planning.route.straighten import straightened
-
-Array = NDArray[np.float64]
 
 LEAST_COST = 1.0
 """Of a cell: so much at least for each metre."""

@@ -10,10 +10,8 @@ import numpy as np
 from numpy.typing import NDArray
 
 from footfall.compiled import njit
-from footfall.planning.route.corners_kernel import BESIDE, EAST, NONE, NORTH, Records, Steps, over
-
-Floats = NDArray[np.float64]
-Ints = NDArray[np.int32]
+from footfall.core.arrays import Array, Ints, Ints32
+from footfall.planning.route.corners_kernel import BESIDE, EAST, NONE, NORTH, Records, over
 
 SIZE, SHIFT, RISE, LOOKED_AT, COLS = 0, 1, 2, 3, 4
 """Places in the numbers of a search: how many corners wait; Koenig's k_m; how much more than its neighbours a corner
@@ -57,7 +55,7 @@ def _put(corners: Records, queue: Records, size: int, at: int, first: float, sec
 
 
 @njit()
-def _wait(corners: Records, queue: Records, numbers: Floats, corner: int, key: float, least: float) -> None:
+def _wait(corners: Records, queue: Records, numbers: Array, corner: int, key: float, least: float) -> None:
     """Put a corner into the queue, or to another place of it."""
     at = int(corners[corner].place)
     if at == NONE:
@@ -67,7 +65,7 @@ def _wait(corners: Records, queue: Records, numbers: Floats, corner: int, key: f
 
 
 @njit()
-def _leave(corners: Records, queue: Records, numbers: Floats, corner: int) -> None:
+def _leave(corners: Records, queue: Records, numbers: Array, corner: int) -> None:
     """Take a corner out of the queue."""
     at, last = int(corners[corner].place), int(numbers[SIZE]) - 1
     corners[corner].place = NONE
@@ -77,14 +75,14 @@ def _leave(corners: Records, queue: Records, numbers: Floats, corner: int) -> No
 
 
 @njit()
-def _estimate(numbers: Floats, here: Floats, row: int, col: int) -> float:
+def _estimate(numbers: Array, here: Array, row: int, col: int) -> float:
     """At least so much from ``here`` to a corner."""
     north, east = row - here[0], col - here[1]
     return numbers[RISE] * math.sqrt(north * north + east * east)
 
 
 @njit()
-def _settle(corners: Records, queue: Records, numbers: Floats, here: Floats, corner: int, row: int, col: int) -> None:
+def _settle(corners: Records, queue: Records, numbers: Array, here: Array, corner: int, row: int, col: int) -> None:
     """UpdateVertex: a corner waits as long as g and rhs differ."""
     g, rhs = corners[corner].g, corners[corner].rhs
     if g != rhs:
@@ -96,7 +94,7 @@ def _settle(corners: Records, queue: Records, numbers: Floats, here: Floats, cor
 
 
 @njit()
-def _anew(corners: Records, steps: Steps, ends: Floats, corner: int) -> None:
+def _anew(corners: Records, steps: Ints, ends: Array, corner: int) -> None:
     """Sets rhs of a corner anew from all its pairs; ends: (m, 2) the corners beside the goal and what they cost."""
     least, best = math.inf, NONE
     for i in range(len(ends)):
@@ -110,7 +108,7 @@ def _anew(corners: Records, steps: Steps, ends: Floats, corner: int) -> None:
 
 
 @njit()
-def take_over(corners: Records, queue: Records, numbers: Floats, here: Floats, lists: Ints) -> None:
+def take_over(corners: Records, queue: Records, numbers: Array, here: Array, lists: Ints32) -> None:
     """Put all corners that wait in lists (see spread_kernel) into the queue."""
     cols = int(numbers[COLS])
     for corner in lists:
@@ -122,11 +120,11 @@ def take_over(corners: Records, queue: Records, numbers: Floats, here: Floats, l
 @njit()
 def change(
     corners: Records,
-    steps: Steps,
+    steps: Ints,
     queue: Records,
-    numbers: Floats,
-    here: Floats,
-    ends: Floats,
+    numbers: Array,
+    here: Array,
+    ends: Array,
     cells: NDArray[np.int64],
 ) -> None:
     """Look anew at the corners around cells (k,) that have other costs now; they wait."""
@@ -142,7 +140,7 @@ def change(
 
 
 @njit()
-def _enough(corners: Records, queue: Records, numbers: Floats, here: Floats, beyond: float) -> bool:
+def _enough(corners: Records, queue: Records, numbers: Array, here: Array, beyond: float) -> bool:
     """Whether all four corners around ``here`` are known, and nothing that waits can make them less."""
     row, col, cols = int(here[0]), int(here[1]), int(numbers[COLS])
     most = 0.0
@@ -160,11 +158,11 @@ def _enough(corners: Records, queue: Records, numbers: Floats, here: Floats, bey
 @njit()
 def look(
     corners: Records,
-    steps: Steps,
+    steps: Ints,
     queue: Records,
-    numbers: Floats,
-    here: Floats,
-    ends: Floats,
+    numbers: Array,
+    here: Array,
+    ends: Array,
     beyond: float,
     most: int,
 ) -> bool:
@@ -198,7 +196,7 @@ def look(
 
 @njit()
 def _lower(
-    corners: Records, steps: Steps, queue: Records, numbers: Floats, here: Floats, corner: int, row: int, col: int
+    corners: Records, steps: Ints, queue: Records, numbers: Array, here: Array, corner: int, row: int, col: int
 ) -> None:
     """A corner became cheaper: so may its neighbours, over the two edges that it ends."""
     own = corners[corner].g
@@ -221,11 +219,11 @@ def _lower(
 @njit()
 def _raise(
     corners: Records,
-    steps: Steps,
+    steps: Ints,
     queue: Records,
-    numbers: Floats,
-    here: Floats,
-    ends: Floats,
+    numbers: Array,
+    here: Array,
+    ends: Array,
     corner: int,
     row: int,
     col: int,

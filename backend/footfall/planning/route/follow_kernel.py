@@ -3,18 +3,16 @@
 import math
 
 import numpy as np
-from numpy.typing import NDArray
 
 from footfall.compiled import njit
-
-Floats = NDArray[np.float64]
+from footfall.core.arrays import Array
 
 _NEAR = 1e-7
 """A point so near to a corner or an edge is on it [edges]."""
 
 
 @njit()
-def onward(costs: Floats, g: Floats, row: float, col: float, out: Floats) -> float:
+def onward(costs: Array, g: Array, row: float, col: float, out: Array) -> float:
     """The place on the edges of the cells that hold a place over which the goal costs least, into ``out``; that cost.
 
     Source: the interpolation of Ferguson & Stentz (2005), from any point instead of a corner.
@@ -36,7 +34,7 @@ def onward(costs: Floats, g: Floats, row: float, col: float, out: Floats) -> flo
 
 @njit()
 def _edge(
-    g: Floats,
+    g: Array,
     row: float,
     col: float,
     ar: int,
@@ -46,7 +44,7 @@ def _edge(
     cost: float,
     along: float,
     best: float,
-    out: Floats,
+    out: Array,
 ) -> float:
     """Least of ``best`` and the cost over the edge from a to b, or along it; where that is goes into ``out``."""
     off = abs(row - ar) if ar == br else abs(col - ac)
@@ -80,7 +78,7 @@ def _edge(
 
 
 @njit()
-def follow(costs: Floats, g: Floats, begin: Floats, goal: Floats, most: int) -> Floats:
+def follow(costs: Array, g: Array, begin: Array, goal: Array, most: int) -> Array:
     """Points (n, 2) from ``begin``, (row, column) in edges; the last is ``goal`` where a way leads there."""
     way = np.empty((most, 2))
     row, col = math.floor(goal[0]), math.floor(goal[1])

@@ -12,10 +12,8 @@ from itertools import pairwise
 import numpy as np
 from numpy.typing import NDArray
 
+from footfall.core.arrays import Array, Ints
 from footfall.core.grid import GridGeometry
-
-Array = NDArray[np.float64]
-Ints = NDArray[np.int64]
 
 _NEAR = 1e-9
 """Two cuts of a straight part that are so near to each other are one; a point so near to an edge is on it [cells]."""

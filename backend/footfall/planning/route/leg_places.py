@@ -10,6 +10,7 @@ from functools import lru_cache
 import numpy as np
 from numpy.typing import NDArray
 
+from footfall.core.arrays import Array
 from footfall.core.errors import InvalidInput
 from footfall.planning.body.move import JOINT_RESERVE, REACH_RESERVE
 from footfall.planning.route.cost import reach
@@ -18,8 +19,6 @@ from footfall.robot.ik import solve_leg, wheel_pose_for_contact
 from footfall.robot.leg_branches import BRANCHES
 from footfall.robot.model import Robot
 from footfall.robot.reserve import joint_reserves, reach_reserves
-
-Array = NDArray[np.float64]
 
 LEGS = 6
 """The conservative support of five that is asked for is that of six legs, evenly around the chassis."""

@@ -6,8 +6,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from footfall.compiled import njit
-
-Floats = NDArray[np.float64]
+from footfall.core.arrays import Array
 
 _ROUNDS = 5
 """Times that all points of a way are moved, each time by half as much."""
@@ -18,7 +17,7 @@ _NEAR = 1e-9
 
 
 @njit()
-def _line(costs: Floats, ar: float, ac: float, br: float, bc: float) -> float:
+def _line(costs: Array, ar: float, ac: float, br: float, bc: float) -> float:
     """Cost of the straight line from a to b, (row, column) in edges; costs: with a border, see corners_kernel.
 
     Along an edge the cheaper of both cells counts. Source: J. Amanatides & A. Woo, "A fast voxel traversal algorithm
@@ -67,7 +66,7 @@ def _first(x: float, dx: float) -> tuple[int, float, float]:
 
 
 @njit()
-def line_costs(costs: Floats, way: Floats) -> Floats:
+def line_costs(costs: Array, way: Array) -> Array:
     """Costs (n − 1,) of the straight lines between the points of a way (n, 2), (row, column) in edges."""
     own = np.empty(len(way) - 1)
     for i in range(len(own)):
@@ -76,7 +75,7 @@ def line_costs(costs: Floats, way: Floats) -> Floats:
 
 
 @njit()
-def shortcuts(costs: Floats, way: Floats, own: Floats) -> NDArray[np.bool_]:
+def shortcuts(costs: Array, way: Array, own: Array) -> NDArray[np.bool_]:
     """Which points of a way (n, 2) are left when straight lines replace what is no cheaper; own: (n − 1,) its costs."""
     n = len(way)
     kept = np.zeros(n, np.bool_)
@@ -105,7 +104,7 @@ def shortcuts(costs: Floats, way: Floats, own: Floats) -> NDArray[np.bool_]:
 
 
 @njit()
-def settle_points(costs: Floats, way: Floats, own: Floats, step: float) -> None:
+def settle_points(costs: Array, way: Array, own: Array, step: float) -> None:
     """Move the points of a way (n, 2) between its ends to where they cost least; it never gets dearer.
 
     Points on edges, where costs change, move along them. own: (n − 1,) its costs, kept. step: by how much at first

@@ -8,14 +8,9 @@ ordering" (CACM 12, 1969); with wider lists, looked at in rounds, it is U. Meyer
 
 import math
 
-import numpy as np
-from numpy.typing import NDArray
-
 from footfall.compiled import njit
-from footfall.planning.route.corners_kernel import BESIDE, NONE, Records, Steps, over
-
-Floats = NDArray[np.float64]
-Ints = NDArray[np.int32]
+from footfall.core.arrays import Array, Ints, Ints32
+from footfall.planning.route.corners_kernel import BESIDE, NONE, Records, over
 
 LISTS = 1024
 """Lists of corners; one more holds all that cost more than those do."""
@@ -25,14 +20,14 @@ which number, counted in widths from nothing, the first list is; which list is n
 
 
 @njit()
-def _list_of(numbers: Floats, cost: float) -> int:
+def _list_of(numbers: Array, cost: float) -> int:
     """The list of what costs so much."""
     number = cost / numbers[WIDTH] - numbers[FIRST]
     return int(number) if number < LISTS else LISTS
 
 
 @njit()
-def _put(corners: Records, lists: Ints, corner: int, at: int) -> None:
+def _put(corners: Records, lists: Ints32, corner: int, at: int) -> None:
     following = lists[at]
     lists[at] = corner
     corners[corner].after, corners[corner].before = following, NONE
@@ -41,7 +36,7 @@ def _put(corners: Records, lists: Ints, corner: int, at: int) -> None:
 
 
 @njit()
-def _take(corners: Records, lists: Ints, corner: int, at: int) -> None:
+def _take(corners: Records, lists: Ints32, corner: int, at: int) -> None:
     following, before = corners[corner].after, corners[corner].before
     if before == NONE:
         lists[at] = following
@@ -52,7 +47,7 @@ def _take(corners: Records, lists: Ints, corner: int, at: int) -> None:
 
 
 @njit()
-def begin(corners: Records, ends: Floats, lists: Ints, numbers: Floats) -> None:
+def begin(corners: Records, ends: Array, lists: Ints32, numbers: Array) -> None:
     """Put the corners beside the goal into their lists; ends: (m, 2) they and what they cost."""
     for i in range(len(ends)):
         corner = int(ends[i, 0])
@@ -62,7 +57,7 @@ def begin(corners: Records, ends: Floats, lists: Ints, numbers: Floats) -> None:
 
 @njit()
 def spread(
-    corners: Records, steps: Steps, around: Ints, beyond: float, lists: Ints, numbers: Floats, most: int
+    corners: Records, steps: Ints, around: Ints32, beyond: float, lists: Ints32, numbers: Array, most: int
 ) -> bool:
     """Look at corners until those ``around`` the rover are right; whether they are, or nothing waits.
 
@@ -88,7 +83,7 @@ def spread(
 
 
 @njit()
-def _look_at(corners: Records, steps: Steps, lists: Ints, at: int, numbers: Floats) -> None:
+def _look_at(corners: Records, steps: Ints, lists: Ints32, at: int, numbers: Array) -> None:
     """All corners of a list become known, and their neighbours cheaper; those may come into the same list again."""
     corner = int(lists[at])
     lists[at] = NONE
@@ -113,7 +108,7 @@ def _look_at(corners: Records, steps: Steps, lists: Ints, at: int, numbers: Floa
 
 
 @njit()
-def _move(corners: Records, lists: Ints, corner: int, cost: float, numbers: Floats) -> None:
+def _move(corners: Records, lists: Ints32, corner: int, cost: float, numbers: Array) -> None:
     """A corner became cheaper: put it into its list, out of that where it waits."""
     rhs, to = corners[corner].rhs, _list_of(numbers, cost)
     waits = rhs < corners[corner].g
@@ -127,7 +122,7 @@ def _move(corners: Records, lists: Ints, corner: int, cost: float, numbers: Floa
 
 
 @njit()
-def _farther(corners: Records, lists: Ints, numbers: Floats) -> None:
+def _farther(corners: Records, lists: Ints32, numbers: Array) -> None:
     """Let the lists begin with the cheapest corner that is left in the last one, and fill them from it."""
     left = int(lists[LISTS])
     lists[LISTS] = NONE

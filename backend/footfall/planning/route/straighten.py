@@ -1,11 +1,7 @@
 """Ways over a grid of costs cut short where a straight line is no dearer; points moved to the cheapest places."""
 
-import numpy as np
-from numpy.typing import NDArray
-
+from footfall.core.arrays import Array
 from footfall.planning.route.line_kernel import line_costs, settle_points, shortcuts
-
-Array = NDArray[np.float64]
 
 _ROUNDS = 2
 """Times that a way is cut short and its corners are moved."""

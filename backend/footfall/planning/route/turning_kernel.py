@@ -7,13 +7,8 @@ determination of minimum cost paths" (IEEE Trans. Systems Science and Cybernetic
 
 import math
 
-import numpy as np
-from numpy.typing import NDArray
-
 from footfall.compiled import njit
-
-Floats = NDArray[np.float64]
-Ints = NDArray[np.int32]
+from footfall.core.arrays import Array, Ints32
 
 NONE = -1
 SIZE, BEST, LAST = 0, 1, 2
@@ -22,7 +17,7 @@ _AWAY = math.sqrt(2.0)
 
 
 @njit()
-def _put(ids: Ints, keys: Floats, places: Ints, size: int, at: int, key: float, state: int) -> None:
+def _put(ids: Ints32, keys: Array, places: Ints32, size: int, at: int, key: float, state: int) -> None:
     """Write a state to where it belongs above or below a place of the heap that is free."""
     while at > 0 and key < keys[(at - 1) // 2]:
         up = (at - 1) // 2
@@ -47,12 +42,12 @@ def reach(
     spent: float,
     over: int,
     left: float,
-    costs: Floats,
-    origins: Ints,
-    ids: Ints,
-    keys: Floats,
-    places: Ints,
-    numbers: Floats,
+    costs: Array,
+    origins: Ints32,
+    ids: Ints32,
+    keys: Array,
+    places: Ints32,
+    numbers: Array,
 ) -> None:
     """A state is reached for so much over another one: where that is less than before it waits to be looked at.
 
@@ -70,17 +65,17 @@ def reach(
 
 @njit()
 def look(
-    metre: Floats,
+    metre: Array,
     length: float,
     step: float,
-    goal: Ints,
-    ends: Floats,
-    costs: Floats,
-    origins: Ints,
-    ids: Ints,
-    keys: Floats,
-    places: Ints,
-    numbers: Floats,
+    goal: Ints32,
+    ends: Array,
+    costs: Array,
+    origins: Ints32,
+    ids: Ints32,
+    keys: Array,
+    places: Ints32,
+    numbers: Array,
     most: int,
 ) -> bool:
     """Look at states until none can make the best way cheaper; whether that is so.
@@ -125,7 +120,7 @@ def look(
 
 
 @njit()
-def least(row: int, col: int, goal: Ints, length: float) -> float:
+def least(row: int, col: int, goal: Ints32, length: float) -> float:
     """At least so much from the middle of a cell to that of the goal's, in eight directions over the best ground."""
     north, east = abs(row - goal[0]), abs(col - goal[1])
     return length * (max(north, east) + (_AWAY - 1.0) * min(north, east))

@@ -8,15 +8,14 @@ import math
 from itertools import groupby
 
 import numpy as np
-from numpy.typing import ArrayLike, NDArray
+from numpy.typing import ArrayLike
 
+from footfall.core.arrays import Array
 from footfall.core.errors import InvalidInput
 from footfall.core.grid import GridGeometry
 from footfall.core.progress import Progress, no_progress
 from footfall.planning.route import turning_kernel as kernel
 from footfall.planning.route.straighten import straightened
-
-Array = NDArray[np.float64]
 
 MOST_STATES = 1 << 23
 """Cells × headings of a half turn that are searched together at most: some 250 MB."""

@@ -9,6 +9,7 @@ from functools import cached_property
 import numpy as np
 from numpy.typing import NDArray
 
+from footfall.core.arrays import Array
 from footfall.core.frames import apply
 from footfall.planning.latest_results import LatestResults
 from footfall.planning.scene.ground import Nearby
@@ -23,8 +24,6 @@ from footfall.robot.leg_frames import PART_COUNT
 from footfall.robot.model import Robot
 from footfall.telemetry.state import RobotState
 from footfall.terrain.dem import Dem
-
-Array = NDArray[np.float64]
 
 WHOLE = 100.0
 """Ground of at most this area is prepared as a whole, for every leg and stance; of more, what one leg needs [m²]."""

@@ -3,8 +3,8 @@
 from typing import NamedTuple
 
 import numpy as np
-from numpy.typing import NDArray
 
+from footfall.core.arrays import Array
 from footfall.core.beside import beside
 from footfall.core.frames import apply
 from footfall.robot.collision import TERRAIN, Collision
@@ -14,8 +14,6 @@ from footfall.robot.kinematics import link_poses
 from footfall.robot.model import Robot
 from footfall.terrain.dem import Dem
 from footfall.terrain.ground.surface import height_at
-
-Array = NDArray[np.float64]
 
 SPACING = 0.01
 """How densely the link's surface is compared with the ground [m]."""

@@ -11,6 +11,7 @@ from functools import cached_property
 import numpy as np
 from numpy.typing import NDArray
 
+from footfall.core.arrays import Array
 from footfall.core.beside import roughly
 from footfall.core.mesh import Mesh
 from footfall.planning.answers import No, Status
@@ -21,8 +22,6 @@ from footfall.terrain.extent import outside, spans
 from footfall.terrain.ground.surface import height_at, normal_at
 from footfall.terrain.ground.triangulate import triangulate
 from footfall.terrain.ground.unseen import without_holes
-
-Array = NDArray[np.float64]
 
 
 @dataclass(frozen=True)

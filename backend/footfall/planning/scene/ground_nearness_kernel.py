@@ -9,10 +9,9 @@ import numpy as np
 from numpy.typing import NDArray
 
 from footfall.compiled import njit
+from footfall.core.arrays import Array
 from footfall.robot.separation import SCRATCH, least_apart
 from footfall.robot.shells import CENTER, EXTENT, FIRST, HALF, LAST, REACH
-
-Array = NDArray[np.float64]
 
 LEAF = 4
 """Cells along the side of the boxes that stand for ground."""

@@ -13,8 +13,6 @@ from footfall.robot.bvh import bvh
 from footfall.terrain.dem import Dem
 from footfall.terrain.ground.triangulate import triangulate
 
-Array = NDArray[np.float64]
-
 
 class GroundPiece:
     """Some rows and columns of a Dem without holes."""

@@ -14,14 +14,13 @@ import numpy as np
 from numpy.typing import NDArray
 
 from footfall.compiled import njit
+from footfall.core.arrays import Array
 from footfall.core.frames import transform
 from footfall.core.grid import GridGeometry
 from footfall.core.value import Provenance
 from footfall.robot.bvh import bvh
 from footfall.terrain.dem import Dem
 from footfall.terrain.ground.triangulate import triangulate
-
-Array = NDArray[np.float64]
 
 BLOCKS = 24
 """Blocks of 2 × 2 cells along the side of a tile."""

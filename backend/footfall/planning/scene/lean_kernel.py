@@ -3,11 +3,9 @@
 import math
 
 import numpy as np
-from numpy.typing import NDArray
 
 from footfall.compiled import njit
-
-Array = NDArray[np.float64]
+from footfall.core.arrays import Array
 
 _ROUNDS = 10
 _SETTLED = 1e-15

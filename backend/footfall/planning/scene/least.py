@@ -11,9 +11,8 @@ from collections.abc import Callable
 from functools import lru_cache
 
 import numpy as np
-from numpy.typing import NDArray
 
-Array = NDArray[np.float64]
+from footfall.core.arrays import Array
 
 EQUAL = 1e-6
 """Proven bounds and measured distances agree to this [m]."""

@@ -7,9 +7,9 @@ spare than rounding takes. What is not sure is left to the exact checks of situa
 from typing import NamedTuple
 
 import numpy as np
-from numpy.typing import NDArray
 
 from footfall.compiled import njit
+from footfall.core.arrays import Array
 from footfall.robot.leg_clearance_kernel import LegTables, keeps_distances, place_leg
 from footfall.robot.leg_frames import PART_COUNT
 from footfall.robot.leg_span_kernel import (
@@ -21,8 +21,6 @@ from footfall.robot.leg_span_kernel import (
     span_of_own_parts,
     span_to_others,
 )
-
-Array = NDArray[np.float64]
 
 ROUNDING = 1e-6
 """What the margin must have to spare to be sure [m]; above what two ways to compute it differ by in map

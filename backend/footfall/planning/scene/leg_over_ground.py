@@ -9,8 +9,8 @@ from collections.abc import Iterator
 
 import coal
 import numpy as np
-from numpy.typing import NDArray
 
+from footfall.core.arrays import Array
 from footfall.core.frames import transform
 from footfall.core.mesh import Mesh
 from footfall.planning.scene.ground import Nearby
@@ -31,8 +31,6 @@ from footfall.robot.description import PARTS, RobotDescription, link_name
 from footfall.robot.model import Robot
 from footfall.robot.shells import FIRST, LAST, point_shells
 from footfall.terrain.ground.surface import height_at
-
-Array = NDArray[np.float64]
 
 _ROUNDING = 1e-6
 """Tiles this much farther than allowed are still looked at [m]."""

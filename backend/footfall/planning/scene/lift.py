@@ -6,8 +6,8 @@ leg passes from wrist 0 to wrist 1 without a jump. On other ground the wheel mus
 """
 
 import numpy as np
-from numpy.typing import NDArray
 
+from footfall.core.arrays import Array
 from footfall.core.frames import inverse
 from footfall.planning.scene.lean_kernel import lean_each
 from footfall.planning.scene.lift_kernel import followed, nearest_branch, off_line
@@ -16,8 +16,6 @@ from footfall.robot.ik import IkSolutions, solve_leg
 from footfall.robot.kinematics import leg_wheel_pose
 from footfall.robot.limits import farthest_past
 from footfall.robot.model import Robot
-
-Array = NDArray[np.float64]
 
 STRAIGHT = 0.001
 """How far the wheel centre may leave the line between two waypoints [m]; half of what is promised."""

@@ -6,9 +6,8 @@ import numpy as np
 from numpy.typing import NDArray
 
 from footfall.compiled import njit
+from footfall.core.arrays import Array
 from footfall.robot.chain_kernel import chain_poses
-
-Array = NDArray[np.float64]
 
 
 @njit()

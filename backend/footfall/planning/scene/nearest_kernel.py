@@ -11,6 +11,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from footfall.compiled import njit
+from footfall.core.arrays import Array, Ints
 from footfall.planning.scene.ground_nearness_kernel import (
     DEPTH,
     as_triangle,
@@ -22,16 +23,13 @@ from footfall.planning.scene.ground_nearness_kernel import (
 from footfall.robot.separation import SCRATCH, least_apart
 from footfall.robot.shells import CENTER, REACH
 
-Array = NDArray[np.float64]
-Numbers = NDArray[np.int64]
-
 ROUNDING = 0.001
 """Ground may be so much higher than its greatest height says, as heights are stored as float32 [m]."""
 
 
 @njit()
 def own_bounds(
-    shells: Array, points: Array, poses: Array, pairs: Numbers, deltas: Array, far: float
+    shells: Array, points: Array, poses: Array, pairs: Ints, deltas: Array, far: float
 ) -> tuple[Array, Array]:
     """Coarse and finer bounds of how far pairs are apart beyond δ, (n, pairs) each [m].
 
@@ -176,7 +174,7 @@ def near_triangles(
     heights: NDArray[np.float32],
     corner: Array,
     resolution: float,
-) -> Numbers:
+) -> Ints:
     """Triangles of the ground that may be nearer to a link than ``within`` [m], the others are proven to be farther.
 
     Row and column of the block, and which half of it. shells, points: of :func:`ground_bounds`, the link's is the
@@ -219,7 +217,7 @@ def _extremes(
 
 @njit()
 def _window(
-    low: Array, high: Array, heights: NDArray[np.float32], corner: Array, resolution: float, window: Numbers
+    low: Array, high: Array, heights: NDArray[np.float32], corner: Array, resolution: float, window: Ints
 ) -> None:
     """Write first row and the one after the last, then the same of columns: cells in a box and their neighbours."""
     for k in range(2):

@@ -10,10 +10,9 @@ import numpy as np
 from numpy.typing import NDArray
 
 from footfall.compiled import njit
+from footfall.core.arrays import Array
 from footfall.robot.separation import SCRATCH, least_apart
 from footfall.robot.shells import CENTER, REACH
-
-Array = NDArray[np.float64]
 
 
 @njit()

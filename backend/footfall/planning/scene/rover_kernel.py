@@ -18,6 +18,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from footfall.compiled import njit
+from footfall.core.arrays import Array, Ints, Mask
 from footfall.robot.drum_kernel import RADIUS as DRUM_RADIUS
 from footfall.robot.drum_kernel import REQUIRED, drum_above
 from footfall.robot.ground_tables import needed_height
@@ -26,8 +27,7 @@ from footfall.robot.leg_frames import PART_COUNT
 from footfall.robot.separation import SCRATCH, apart_by
 from footfall.robot.shells import CENTER, EXTENT, REACH
 
-Array = NDArray[np.float64]
-Feet = NDArray[np.bool_] | NDArray[np.int64]
+Feet = Mask | Ints
 
 CLEAR = -1
 """The code where nothing is too near; any other names two bodies, first · BODIES + second."""

@@ -7,6 +7,7 @@ from numpy.typing import ArrayLike, NDArray
 
 from footfall.balance.balance_settings import BalanceSettings
 from footfall.balance.payload import carried, loaded
+from footfall.core.arrays import Array
 from footfall.core.bounds import require_distances
 from footfall.core.grid import GridGeometry
 from footfall.planning.scene.rover_kernel import BEYOND, BODIES, CHASSIS, CLEAR, PAYLOAD, TERRAIN, RoverTables
@@ -18,8 +19,6 @@ from footfall.robot.ground_tables import ground_tables
 from footfall.robot.leg_frames import PART_COUNT, leg_lengths
 from footfall.robot.model import Robot
 from footfall.robot.shells import CENTER, REACH
-
-Array = NDArray[np.float64]
 
 _AS_DESCRIBED = BalanceSettings()
 

@@ -12,6 +12,7 @@ import coal
 import numpy as np
 from numpy.typing import NDArray
 
+from footfall.core.arrays import Array
 from footfall.core.mesh import Mesh
 from footfall.planning.scene.nearness_kernel import pair_bounds
 from footfall.robot.bvh import bvh
@@ -22,8 +23,6 @@ from footfall.robot.leg_frames import JOINT_AXES
 from footfall.robot.model import Robot
 from footfall.robot.shapes import box
 from footfall.robot.shells import point_shells
-
-Array = NDArray[np.float64]
 
 TOLERANCE = 1e-7
 """Least distances are exact to this [m]."""

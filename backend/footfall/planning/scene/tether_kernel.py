@@ -10,12 +10,10 @@ import math
 from typing import NamedTuple
 
 import numpy as np
-from numpy.typing import NDArray
 
 from footfall.compiled import njit
+from footfall.core.arrays import Array
 from footfall.robot.leg_frames import PART_COUNT
-
-Array = NDArray[np.float64]
 
 FREE, GROUND, DECK, REEL = -1, -2, -3, -4
 """What is too near: nothing, the ground, the chassis, the end of what can be paid out; else a link, 7 · leg + part."""

@@ -3,19 +3,17 @@
 from functools import lru_cache
 
 import numpy as np
-from numpy.typing import NDArray
 from scipy.ndimage import maximum_filter
 from scipy.spatial import ConvexHull
 
 from footfall.balance.tether import Tether
+from footfall.core.arrays import Array
 from footfall.planning.scene.rover_tables import body_named
 from footfall.planning.scene.tether_kernel import DECK, GROUND, REEL, TetherTables
 from footfall.robot.bvh import PAYLOAD, robot_meshes
 from footfall.robot.description import PARTS
 from footfall.robot.model import Robot
 from footfall.terrain.dem import Dem
-
-Array = NDArray[np.float64]
 
 
 def tether_tables(robot: Robot, dem: Dem | None, tether: Tether | None, added: float = 0.0) -> TetherTables:

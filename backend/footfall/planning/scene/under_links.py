@@ -7,6 +7,7 @@ lower than a link by more than it must keep from it, or beside its box, neither 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
+from footfall.core.arrays import Array
 from footfall.core.frames import apply
 from footfall.core.grid import GridGeometry
 from footfall.core.mesh import Mesh
@@ -17,8 +18,6 @@ from footfall.robot.kinematics import link_poses
 from footfall.robot.model import Robot
 from footfall.terrain.dem import Dem
 from footfall.terrain.ground.triangulate import triangulate
-
-Array = NDArray[np.float64]
 
 _ROUNDING = 1e-4
 """Added to what links must keep from the ground [m]; float32 heights and the boxes' corners are rounded by less."""

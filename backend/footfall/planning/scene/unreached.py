@@ -1,14 +1,12 @@
 """Why no posture puts a wheel where it is wanted: which joint would turn too far, or which way the leg is too short."""
 
 import numpy as np
-from numpy.typing import NDArray
 
+from footfall.core.arrays import Array
 from footfall.core.frames import apply, inverse
 from footfall.robot.ik import solve_leg
 from footfall.robot.limits import farthest_past, room_to_limits
 from footfall.robot.model import Robot
-
-Array = NDArray[np.float64]
 
 
 def unreached(robot: Robot, leg: int, Ts_base_wheel: Array) -> str:

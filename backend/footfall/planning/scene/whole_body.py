@@ -14,6 +14,7 @@ import coal
 import numpy as np
 from numpy.typing import NDArray
 
+from footfall.core.arrays import Array
 from footfall.core.frames import apply, inverse, transform
 from footfall.core.grid import GridGeometry
 from footfall.planning.scene.ground import Nearby
@@ -27,8 +28,6 @@ from footfall.robot.description import PARTS, link_name
 from footfall.robot.model import Robot
 from footfall.terrain.dem import Dem
 from footfall.terrain.ground.surface import height_at
-
-Array = NDArray[np.float64]
 
 GROUND_FAR = 0.2
 """Distances to the ground above this, beyond δ, are not measured [m]."""

@@ -7,13 +7,11 @@ from collections.abc import Callable, Iterable
 from dataclasses import dataclass
 
 import numpy as np
-from numpy.typing import NDArray
 
+from footfall.core.arrays import Array
 from footfall.planning.scene.lift import vertical
 from footfall.planning.step.situation import TRUE, Situation
 from footfall.robot.model import Robot
-
-Array = NDArray[np.float64]
 
 HIGHEST = 0.4
 """Largest lift that is looked at [m]."""

@@ -6,12 +6,12 @@ Everything here is read only, so plans may share it.
 from dataclasses import dataclass
 
 import numpy as np
-from numpy.typing import NDArray
 
 from footfall.balance.balance_settings import BalanceSettings
 from footfall.balance.moving_leg import moment_without
 from footfall.balance.support import half_planes
 from footfall.balance.torque_candidates import StandingLegs
+from footfall.core.arrays import Array
 from footfall.maps.standing import Contacts, contacts
 from footfall.planning.answers import No
 from footfall.planning.latest_results import LatestResults
@@ -24,8 +24,6 @@ from footfall.planning.step.start import start_objection
 from footfall.robot.model import Robot
 from footfall.telemetry.state import RobotState
 from footfall.terrain.dem import Dem
-
-Array = NDArray[np.float64]
 
 _KEPT = 12
 """Stances remembered: two for each leg of a rover with six."""

@@ -4,8 +4,8 @@ from collections.abc import Iterator
 from dataclasses import dataclass
 
 import numpy as np
-from numpy.typing import NDArray
 
+from footfall.core.arrays import Array
 from footfall.core.beside import beside
 from footfall.maps.standing import SAME_PLACE, contacts
 from footfall.planning.scene.ground import Contact
@@ -19,8 +19,6 @@ from footfall.planning.step.situation import TRUE, Situation
 from footfall.planning.step.target import Candidate, candidates, upright_poses
 from footfall.planning.watch import Watch
 from footfall.robot.leg_branches import bend_of, bend_text, branch_number
-
-Array = NDArray[np.float64]
 
 MOST_GOALS = 3
 """Goal postures whose lowering works that are handed to the planners, best first."""

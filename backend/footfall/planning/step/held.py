@@ -7,20 +7,18 @@ from bisect import bisect_left
 from collections.abc import Iterable
 
 import numpy as np
-from numpy.typing import NDArray
 
 from footfall.balance.balance_settings import BalanceSettings
 from footfall.balance.forces import distribute
 from footfall.balance.region import equilibrium_region, region_margin
 from footfall.balance.torques import TorqueCheck, torque_check
+from footfall.core.arrays import Array
 from footfall.core.beside import beside
 from footfall.core.frames import apply
 from footfall.maps.standing import Contacts
 from footfall.planning.answers import Check
 from footfall.planning.step.footing import LegStance, standing_feet, standing_legs
 from footfall.robot.kinematics import center_of_mass
-
-Array = NDArray[np.float64]
 
 NOTHING_HOLDS = "no contact forces inside friction hold the rover"
 MOST_FRICTION = 2.0

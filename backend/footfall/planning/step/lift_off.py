@@ -3,8 +3,8 @@
 from dataclasses import dataclass
 
 import numpy as np
-from numpy.typing import NDArray
 
+from footfall.core.arrays import Array
 from footfall.planning.answers import No, Status
 from footfall.planning.scene.lift import vertical
 from footfall.planning.step.escape import find_escape
@@ -15,8 +15,6 @@ from footfall.planning.step.rise import blocked_rise, rises
 from footfall.planning.step.search.fast import compile_search
 from footfall.planning.step.situation import TRUE, Situation
 from footfall.planning.watch import Watch
-
-Array = NDArray[np.float64]
 
 ADVICE = "change the stance, or ask for another lift, raise_terrain, clearance or margin"
 

@@ -11,8 +11,8 @@ from functools import partial
 from math import isfinite
 
 import numpy as np
-from numpy.typing import NDArray
 
+from footfall.core.arrays import Array
 from footfall.core.errors import InvalidInput
 from footfall.core.progress import Progress, no_progress
 from footfall.core.value import Provenance
@@ -36,8 +36,6 @@ from footfall.robot.model import Robot
 from footfall.robot.tolerance import state_inside
 from footfall.telemetry.state import RobotState
 from footfall.terrain.dem import Dem
-
-Array = NDArray[np.float64]
 
 
 def plan_step(

@@ -8,10 +8,11 @@ from typing import TypeVar
 import numpy as np
 from scipy.spatial.transform import Rotation
 
+from footfall.core.arrays import Array
 from footfall.planning.scene.lift import leaned
 from footfall.planning.step.search import with_ompl
 from footfall.planning.step.search.astar import astar
-from footfall.planning.step.search.edges import Array, Space
+from footfall.planning.step.search.edges import Space
 from footfall.planning.step.search.fast import fast
 from footfall.planning.step.search.line import line
 from footfall.planning.step.situation import Situation

@@ -2,7 +2,8 @@
 
 import itertools
 
-from footfall.planning.step.search.edges import Array, Space
+from footfall.core.arrays import Array
+from footfall.planning.step.search.edges import Space
 from footfall.planning.step.situation import RAISED, TRUE, Situation
 from footfall.planning.watch import Watch
 

@@ -12,12 +12,10 @@ from collections import Counter
 from collections.abc import Sequence
 
 import numpy as np
-from numpy.typing import NDArray
 
+from footfall.core.arrays import Array
 from footfall.planning.step.situation import Situation
 from footfall.robot.description import PARTS, link_name
-
-Array = NDArray[np.float64]
 
 LOOKS = 0.02
 """Between two angles of the first joint that are looked at [rad]; one that is barred is enough."""

@@ -8,8 +8,8 @@ from dataclasses import replace
 from functools import cached_property
 
 import numpy as np
-from numpy.typing import NDArray
 
+from footfall.core.arrays import Array
 from footfall.core.beside import beside
 from footfall.core.frames import apply
 from footfall.planning.scene.collision_depth import in_words, worst
@@ -24,8 +24,6 @@ from footfall.robot.model import Robot
 from footfall.robot.tolerance import outside_in_words
 from footfall.telemetry.state import RobotState
 from footfall.terrain.dem import Dem
-
-Array = NDArray[np.float64]
 
 NO_GROUND, TRUE, RAISED = "none", "true", "raised"
 """The ground modes of robot/collision.py."""

@@ -9,8 +9,8 @@ may be nearer to each other than a moving one may come: the rover can stand so, 
 from functools import lru_cache
 
 import numpy as np
-from numpy.typing import NDArray
 
+from footfall.core.arrays import Array
 from footfall.core.frames import apply
 from footfall.core.mesh import Mesh
 from footfall.maps.standing import STANDING_GAP, wheel_gaps
@@ -25,8 +25,6 @@ from footfall.robot.tolerance import outside_in_words
 from footfall.telemetry.state import RobotState
 from footfall.terrain.dem import Dem
 from footfall.terrain.ground.surface import height_at
-
-Array = NDArray[np.float64]
 
 ADVICE = "correct the state or the terrain, or put the legs down first"
 SPACING = 0.1

@@ -3,16 +3,14 @@
 from dataclasses import dataclass
 
 import numpy as np
-from numpy.typing import NDArray
 
+from footfall.core.arrays import Array
 from footfall.core.frames import apply, inverse
 from footfall.planning.scene.ground import Contact
 from footfall.planning.scene.lean_kernel import lean_onto
 from footfall.robot.ik import leg_azimuth, solve_leg, wheel_pose_for_contact
 from footfall.robot.leg_branches import bend_of
 from footfall.robot.model import Robot
-
-Array = NDArray[np.float64]
 
 HEADINGS = np.deg2rad([0, 15, -15, 30, -30, 45, -45, 60, -60, 75, -75, 90])
 """Turns of the wheel about the ground's normal that are tried, from the leg's radial direction."""

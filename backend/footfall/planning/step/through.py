@@ -4,12 +4,13 @@ from collections.abc import Sequence
 
 import numpy as np
 
+from footfall.core.arrays import Array
 from footfall.core.errors import InvalidInput
 from footfall.core.frames import apply, inverse, rotation
 from footfall.planning.scene.lift import leaned
 from footfall.planning.scene.unreached import unreached
 from footfall.planning.step.problem import MOST_THROUGH, Point
-from footfall.planning.step.search.edges import Array, Space
+from footfall.planning.step.search.edges import Space
 from footfall.planning.step.situation import RAISED, Situation
 from footfall.planning.step.target import HEADINGS
 from footfall.robot.ik import solve_leg

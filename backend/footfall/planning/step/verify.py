@@ -18,6 +18,7 @@ from numpy.typing import NDArray
 
 from footfall.balance.moving_leg import centers_with
 from footfall.balance.support import margins_inside
+from footfall.core.arrays import Array
 from footfall.core.frames import apply, inverse
 from footfall.planning.answers import Check
 from footfall.planning.scene.ground import Nearby
@@ -30,8 +31,6 @@ from footfall.robot.limits import room_to_limits
 from footfall.robot.model import Robot
 from footfall.telemetry.state import RobotState
 from footfall.terrain.dem import Dem
-
-Array = NDArray[np.float64]
 
 SAMPLING = 0.005
 TORQUE_SAMPLING = 0.05

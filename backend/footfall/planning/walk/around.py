@@ -14,9 +14,8 @@ from scipy.ndimage import map_coordinates
 from scipy.sparse import csr_matrix
 from scipy.sparse.csgraph import dijkstra
 
+from footfall.core.arrays import Array
 from footfall.planning.walk.travel_cost import TravelCost
-
-Array = NDArray[np.float64]
 
 CELL = 0.25
 """Of the grid [m]."""

@@ -5,13 +5,12 @@ from typing import Protocol
 import numpy as np
 from numpy.typing import NDArray
 
+from footfall.core.arrays import Array
 from footfall.core.value import Provenance
 from footfall.planning.answers import Check
 from footfall.planning.motion import BODY
 from footfall.planning.walk.foot_move import At, BodyWay, Moved
 from footfall.planning.walk.problem import LIFT, LOWER, SWING, WalkGoal, WalkPlan, WalkSettings, part_name
-
-Array = NDArray[np.float64]
 
 
 class Measured(Protocol):

@@ -8,12 +8,11 @@ from numpy.typing import NDArray
 
 from footfall.balance.held_kernel import HeldTables, held_by_some_forces, held_ratio, least_held_ratio
 from footfall.compiled import njit
+from footfall.core.arrays import Array
 from footfall.planning.scene.rover_kernel import CLEAR, RoverTables, center_of_mass, first_too_near, place_rover
 from footfall.planning.scene.tether_kernel import TetherTables, tether_spare
 from footfall.planning.walk.legs_kernel import Feet, LegsTables, between, legs_at, turn_between
 from footfall.planning.walk.transition_kernel import PREFERRED, REQUIRED, Balance, margin_without
-
-Array = NDArray[np.float64]
 
 HOLDS, LEG, MARGIN, TORQUE, NEAR, COARSE, TETHER = range(7)
 """What fails: nothing, a leg's reach, the balance, forces or torques, two bodies too near, samples too far apart, the

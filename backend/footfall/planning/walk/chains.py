@@ -10,7 +10,7 @@ from scipy.sparse import csr_array
 from scipy.sparse.csgraph import connected_components, dijkstra
 from scipy.spatial import KDTree
 
-Array = NDArray[np.float64]
+from footfall.core.arrays import Array
 
 APART = 0.1
 """Spans of two footfalls may miss each other by so much [m], and a foot still goes from one to the other: the chassis

@@ -5,6 +5,7 @@ from dataclasses import dataclass, replace
 import numpy as np
 from numpy.typing import NDArray
 
+from footfall.core.arrays import Array
 from footfall.core.frames import heading
 from footfall.planning.scene.ground import Nearby
 from footfall.planning.walk.chains import APART, joined
@@ -20,8 +21,6 @@ from footfall.robot.model import Robot
 from footfall.telemetry.state import RobotState
 from footfall.terrain.dem import Dem
 from footfall.terrain.ground.unseen import without_holes_between
-
-Array = NDArray[np.float64]
 
 
 @dataclass(frozen=True, eq=False)

@@ -4,9 +4,9 @@ import math
 from dataclasses import dataclass
 
 import numpy as np
-from numpy.typing import NDArray
 
 from footfall.balance.support import half_planes
+from footfall.core.arrays import Array
 from footfall.core.frames import turn_of
 from footfall.planning.scene.certificate import body_tables
 from footfall.planning.scene.leg_over_ground import LegOverGround
@@ -34,8 +34,6 @@ from footfall.planning.walk.transition_kernel import Move, find_pose, vector_of
 from footfall.planning.walk.world import World
 from footfall.robot.clearance import LegClearance
 from footfall.robot.ground_tables import GroundTables
-
-Array = NDArray[np.float64]
 
 LOOKS = 90
 """Chassis poses that are looked at for one foot move."""

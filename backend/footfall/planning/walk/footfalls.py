@@ -12,13 +12,12 @@ from numpy.typing import NDArray
 from scipy.ndimage import distance_transform_edt
 from scipy.spatial import KDTree
 
+from footfall.core.arrays import Array
 from footfall.maps.wheel_seat import wheel_seat
 from footfall.planning.walk.problem import Place, WalkSettings
 from footfall.robot.model import Robot
 from footfall.terrain.dem import Dem
 from footfall.terrain.ground.surface import height_at, normal_at
-
-Array = NDArray[np.float64]
 
 LEAST_SUPPORT = 0.2
 """Share of a wheel's footprint that carries, at least."""

@@ -4,12 +4,10 @@ import math
 from dataclasses import dataclass
 
 import numpy as np
-from numpy.typing import NDArray
 
+from footfall.core.arrays import Array
 from footfall.robot.ik import contact_point
 from footfall.robot.model import Robot
-
-Array = NDArray[np.float64]
 
 HIP_PITCH, KNEE_PITCH = math.radians(-24.0), math.radians(80.0)
 """A posture with room to walk: the leg reaches 0.2 m farther out and as far in before its wrist is straight [rad]."""

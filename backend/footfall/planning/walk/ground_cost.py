@@ -9,6 +9,7 @@ from dataclasses import replace
 import numpy as np
 from numpy.typing import NDArray
 
+from footfall.core.arrays import Array
 from footfall.planning.walk.footfalls import Footfalls
 from footfall.planning.walk.guide import spread
 from footfall.planning.walk.problem import FootfallCosts
@@ -16,8 +17,6 @@ from footfall.planning.walk.slope_frame import SlopeFrame
 from footfall.terrain.dem import Dem
 from footfall.terrain.fusion.age import ages
 from footfall.terrain.ground.surface import height_at
-
-Array = NDArray[np.float64]
 
 HOUR = 3600.0
 _UNDER = 48

@@ -4,17 +4,15 @@ import math
 from dataclasses import dataclass, replace
 
 import numpy as np
-from numpy.typing import NDArray
 
 from footfall.balance.balance_settings import BalanceSettings
 from footfall.balance.tether import Tether
+from footfall.core.arrays import Array
 from footfall.planning.walk.footfalls import Footfalls
 from footfall.planning.walk.legs_kernel import pose_of
 from footfall.planning.walk.problem import Blocked, WalkGoal
 from footfall.planning.walk.slope_frame import SlopeFrame
 from footfall.terrain.ground.surface import height_at
-
-Array = NDArray[np.float64]
 
 
 @dataclass(frozen=True, eq=False)

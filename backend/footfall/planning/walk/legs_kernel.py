@@ -11,11 +11,10 @@ import numpy as np
 from numpy.typing import NDArray
 
 from footfall.compiled import njit
+from footfall.core.arrays import Array
 from footfall.robot.ik_kernel import five_joints, into_limits, last_joint
 from footfall.robot.leg_branches import BRANCHES, shoulder_of
 from footfall.robot.leg_frames import FOOT, HIP_X, HIP_Z, SHANK, THIGH
-
-Array = NDArray[np.float64]
 
 WRIST, KNEE_ROLL = 0.12, 1.2
 """``LegsTables.wrist`` and ``knee_roll`` where a foot is moved [rad]."""

@@ -8,9 +8,9 @@ from collections import Counter
 from dataclasses import replace
 
 import numpy as np
-from numpy.typing import NDArray
 
 from footfall.balance.tether import Tether
+from footfall.core.arrays import Array
 from footfall.core.beside import roughly
 from footfall.core.errors import InvalidInput
 from footfall.core.progress import Progress, no_progress
@@ -48,8 +48,6 @@ from footfall.terrain.dem import Dem
 from footfall.terrain.extent import outside, spans
 from footfall.terrain.ground.surface import height_at
 from footfall.terrain.ground.unseen import Whole, without_holes_between
-
-Array = NDArray[np.float64]
 
 BESIDE = 4.5
 """Ground that is looked at beyond start and goal [m]."""

@@ -7,7 +7,6 @@ is one more limb with which a rover goes down a slope of 60°.
 from dataclasses import dataclass, replace
 
 import numpy as np
-from numpy.typing import NDArray
 
 from footfall.balance.balance_settings import BalanceSettings
 from footfall.balance.tether import Tether
@@ -26,8 +25,6 @@ from footfall.planning.walk.tether_refused import refused_before
 from footfall.robot.model import Robot
 from footfall.telemetry.state import RobotState
 from footfall.terrain.dem import Dem
-
-Array = NDArray[np.float64]
 
 AROUND = 3.0
 """The slope is that of the ground so far beside start and goal [m]."""

@@ -7,14 +7,13 @@ import numpy as np
 from numpy.typing import NDArray
 from scipy.spatial import KDTree
 
+from footfall.core.arrays import Array
 from footfall.planning.walk.footfalls import Footfalls, forbidden_to
 from footfall.planning.walk.guide import Guide
 from footfall.planning.walk.problem import Stance, WalkSettings
 from footfall.planning.walk.spans_kernel import poses_of, spans
 from footfall.planning.walk.world import World
 from footfall.robot.ik import wheel_pose_for_contact
-
-Array = NDArray[np.float64]
 
 HEADING = math.radians(15.0)
 """Wheels head in whole multiples of this [rad]."""

@@ -14,6 +14,7 @@ from dataclasses import dataclass, field
 import numpy as np
 from numpy.typing import NDArray
 
+from footfall.core.arrays import Array
 from footfall.planning.scene.rover_kernel import wheel_cuts
 from footfall.planning.walk.chains import moves_left
 from footfall.planning.walk.foot_move import At, BodyWay, Fails, Moved, body_way, feet_of, foot_move, nobody
@@ -25,8 +26,6 @@ from footfall.planning.walk.reach import reach_of, reaches, steps_onto
 from footfall.planning.walk.transition_kernel import find_pose, vector_of
 from footfall.planning.walk.world import World
 from footfall.planning.watch import Watch
-
-Array = NDArray[np.float64]
 
 STRIDE = 0.4
 """How far a foot's span gets in one foot move, for the estimate of what is left [m]."""

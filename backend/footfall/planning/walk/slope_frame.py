@@ -9,9 +9,9 @@ from dataclasses import dataclass, replace
 from functools import cached_property
 
 import numpy as np
-from numpy.typing import NDArray
 
 from footfall.balance.tether import Tether
+from footfall.core.arrays import Array
 from footfall.core.frames import transform
 from footfall.core.grid import GridGeometry
 from footfall.core.mesh import Mesh
@@ -21,8 +21,6 @@ from footfall.terrain.dem import Dem
 from footfall.terrain.ground.rasterise import rasterise
 from footfall.terrain.ground.surface import height_at, normal_at
 from footfall.terrain.ground.triangulate import triangulate
-
-Array = NDArray[np.float64]
 
 LEVEL = math.radians(15.0)
 """Ground that is less steep is not turned [rad]."""

@@ -7,8 +7,8 @@ less: so a walk is as good as found at any time, and what can't be checked is le
 from dataclasses import replace
 
 import numpy as np
-from numpy.typing import NDArray
 
+from footfall.core.arrays import Array
 from footfall.planning.walk.foot_move import (
     At,
     BodyWay,
@@ -30,8 +30,6 @@ from footfall.planning.walk.smoothing import Smoothed, WalkFigures
 from footfall.planning.walk.transition_kernel import SIZES
 from footfall.planning.walk.world import World
 from footfall.planning.watch import OutOfTime, Watch
-
-Array = NDArray[np.float64]
 
 LOOKS = 40
 """Poses that are looked at for one foot move in a round."""

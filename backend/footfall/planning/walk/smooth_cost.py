@@ -3,8 +3,8 @@
 from dataclasses import dataclass, replace
 
 import numpy as np
-from numpy.typing import NDArray
 
+from footfall.core.arrays import Array
 from footfall.planning.scene.rover_tables import RoverTables
 from footfall.planning.walk.body_kernel import Checks
 from footfall.planning.walk.foot_move import At, BodyWay, Moved, feet_of, move_of, nobody
@@ -22,8 +22,6 @@ from footfall.planning.walk.smooth_kernel import (
 from footfall.planning.walk.smoothing import WalkFigures
 from footfall.planning.walk.transition_kernel import vector_of
 from footfall.planning.walk.world import World
-
-Array = NDArray[np.float64]
 
 
 @dataclass(frozen=True, eq=False)

@@ -7,10 +7,10 @@ import math
 from typing import NamedTuple
 
 import numpy as np
-from numpy.typing import NDArray
 
 from footfall.balance.held_kernel import held_ratio
 from footfall.compiled import njit
+from footfall.core.arrays import Array
 from footfall.planning.scene.rover_kernel import (
     LIFTED,
     STANDING,
@@ -31,8 +31,6 @@ from footfall.planning.walk.transition_kernel import (
     margin_without,
     transition_cost,
 )
-
-Array = NDArray[np.float64]
 
 ROOMY_MARGIN = 0.3
 """Margin of the centre of mass beyond the least, up to which more is worth having [m]."""

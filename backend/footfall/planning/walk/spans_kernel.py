@@ -7,10 +7,9 @@ from numba import prange
 from numpy.typing import NDArray
 
 from footfall.compiled import njit
+from footfall.core.arrays import Array
 from footfall.planning.scene.rover_kernel import RoverTables, leg_too_near_itself
 from footfall.planning.walk.legs_kernel import LegsTables, leg_at, pose_of
-
-Array = NDArray[np.float64]
 
 
 @njit(parallel=True)

@@ -7,8 +7,8 @@ from itertools import groupby
 from typing import NamedTuple
 
 import numpy as np
-from numpy.typing import NDArray
 
+from footfall.core.arrays import Array
 from footfall.planning.answers import No
 from footfall.planning.between_rows import finer
 from footfall.planning.motion import Motion
@@ -19,8 +19,6 @@ from footfall.planning.walk.problem import SWING, WalkPlan
 from footfall.robot.description import link_name
 from footfall.robot.model import Robot
 from footfall.terrain.dem import Dem
-
-Array = NDArray[np.float64]
 
 SAMPLING = 0.05
 """Largest change of a joint between two samples [rad]."""

@@ -8,8 +8,8 @@ import math
 from dataclasses import replace
 
 import numpy as np
-from numpy.typing import NDArray
 
+from footfall.core.arrays import Array
 from footfall.planning.scene.ground import Nearby
 from footfall.planning.scene.rover_kernel import wheel_cuts
 from footfall.planning.walk.body_kernel import HOLDS, configuration_fails
@@ -26,8 +26,6 @@ from footfall.robot.ik import wheel_pose_for_contact
 from footfall.robot.model import Robot
 from footfall.terrain.dem import Dem
 from footfall.terrain.ground.unseen import without_holes_between
-
-Array = NDArray[np.float64]
 
 WITHIN, TURNED, LEANS = 0.15, 0.15, 0.6
 """The chassis is at most so far from the place seen from above [m], turned [rad], and leaning to each side [rad]."""

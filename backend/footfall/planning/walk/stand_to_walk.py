@@ -1,12 +1,12 @@
 """A rover standing still to begin a walk: level where that can be, else leaning with the ground."""
 
 import numpy as np
-from numpy.typing import NDArray
 
 from footfall.balance.balance_settings import BalanceSettings
 from footfall.balance.forces import distribute
 from footfall.balance.tether import Tether
 from footfall.balance.torques import holding_torques, torque_check
+from footfall.core.arrays import Array
 from footfall.core.errors import InvalidInput
 from footfall.core.frames import apply
 from footfall.maps.standing import contacts
@@ -21,8 +21,6 @@ from footfall.robot.kinematics import center_of_mass
 from footfall.robot.model import Robot
 from footfall.telemetry.state import RobotState
 from footfall.terrain.dem import Dem
-
-Array = NDArray[np.float64]
 
 AT_EASE = "stand"
 """The posture that a search may depart from; whoever asks for another wants that one."""

@@ -1,10 +1,10 @@
 """How the rover stands before a walk: on all its feet, or why it can't begin."""
 
 import numpy as np
-from numpy.typing import NDArray
 
 from footfall.balance.payload import carried
 from footfall.balance.torques import torque_check
+from footfall.core.arrays import Array
 from footfall.core.beside import beside
 from footfall.maps.standing import contacts, standing
 from footfall.planning.scene.lift import branch_of
@@ -16,8 +16,6 @@ from footfall.robot.model import Robot
 from footfall.robot.tolerance import outside_in_words, state_inside
 from footfall.telemetry.state import RobotState
 from footfall.terrain.dem import Dem
-
-Array = NDArray[np.float64]
 
 ADVICE = "correct the state or the terrain, or put the legs down first"
 

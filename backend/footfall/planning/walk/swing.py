@@ -8,8 +8,8 @@ from dataclasses import dataclass
 from itertools import pairwise
 
 import numpy as np
-from numpy.typing import NDArray
 
+from footfall.core.arrays import Array
 from footfall.planning.joint_path import samples
 from footfall.planning.scene.leg_free_kernel import SURE, BodyTables, edge_is_sure, edges_are_sure, first_unsure
 from footfall.planning.scene.leg_over_ground import LegOverGround
@@ -17,8 +17,6 @@ from footfall.planning.step.search.sbl_kernel import GROWING, JOINED, grow, plan
 from footfall.planning.step.search.shortcut_kernel import shortened
 from footfall.planning.walk.legs_kernel import LegsTables, leg_at
 from footfall.robot.leg_clearance_kernel import NO_GROUND, RAISED_GROUND, TRUE_GROUND, LegTables
-
-Array = NDArray[np.float64]
 
 EPSILON = 0.01
 """Resolution of edges where they are not proven as a whole [rad]."""

@@ -1,15 +1,13 @@
 """How much of the ground under a tether's way nobody has seen."""
 
 import numpy as np
-from numpy.typing import NDArray
 
 from footfall.balance.tether import Tether
+from footfall.core.arrays import Array
 from footfall.core.frames import apply
 from footfall.planning.answers import Check
 from footfall.terrain.dem import Dem
 from footfall.terrain.ground.surface import height_at
-
-Array = NDArray[np.float64]
 
 LOOKED_AT = 0.05
 """Between places at which the ground under a tether is looked at [m]."""

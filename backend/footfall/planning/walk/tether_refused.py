@@ -3,11 +3,11 @@
 from dataclasses import replace
 
 import numpy as np
-from numpy.typing import NDArray
 
 from footfall.balance.balance_settings import BalanceSettings
 from footfall.balance.tether import SHORTEST, Tether
 from footfall.balance.torques import torque_check
+from footfall.core.arrays import Array
 from footfall.core.beside import roughly
 from footfall.core.frames import apply
 from footfall.planning.answers import No, Status
@@ -20,8 +20,6 @@ from footfall.robot.model import Robot
 from footfall.terrain.dem import Dem
 from footfall.terrain.extent import outside
 from footfall.terrain.ground.surface import height_at
-
-Array = NDArray[np.float64]
 
 SUNK = 0.05
 """An anchor, or a tether, that is so deep in the ground lies on it [m]."""

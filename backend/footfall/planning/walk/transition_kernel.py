@@ -9,10 +9,10 @@ import math
 from typing import NamedTuple
 
 import numpy as np
-from numpy.typing import NDArray
 
 from footfall.balance.support_kernel import margin_of_feet
 from footfall.compiled import njit
+from footfall.core.arrays import Array
 from footfall.planning.scene.rover_kernel import (
     LIFTED,
     STANDING,
@@ -22,8 +22,6 @@ from footfall.planning.scene.rover_kernel import (
     place_rover,
 )
 from footfall.planning.walk.legs_kernel import UNREACHED, Feet, LegsTables, leg_at, legs_at, pose_of
-
-Array = NDArray[np.float64]
 
 IGNORED, PREFERRED, REQUIRED = 0, 1, 2
 """What the conservative support polygon counts for."""

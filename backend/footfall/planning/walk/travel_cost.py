@@ -13,6 +13,7 @@ from numpy.typing import NDArray
 from scipy.ndimage import distance_transform_edt
 from scipy.spatial import KDTree
 
+from footfall.core.arrays import Array
 from footfall.planning.walk.footfalls import Footfalls
 from footfall.planning.walk.footprint import FOLLOWS_SLOPE, Footprint
 from footfall.planning.walk.guide import spread
@@ -20,8 +21,6 @@ from footfall.robot.bvh import robot_meshes
 from footfall.robot.model import Robot
 from footfall.terrain.dem import Dem
 from footfall.terrain.ground.surface import height_at
-
-Array = NDArray[np.float64]
 
 CHOICE = 6
 """Places that a leg should have to choose from near where its foot would be."""

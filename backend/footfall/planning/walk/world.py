@@ -4,10 +4,10 @@ import math
 from dataclasses import dataclass
 
 import numpy as np
-from numpy.typing import NDArray
 
 from footfall.balance.held import held_tables
 from footfall.balance.held_kernel import HeldTables
+from footfall.core.arrays import Array
 from footfall.planning.latest_results import LatestResults
 from footfall.planning.scene.ground import Nearby
 from footfall.planning.scene.rover_tables import rover_tables
@@ -23,8 +23,6 @@ from footfall.robot.description import PARTS
 from footfall.robot.ground_tables import GroundTables
 from footfall.robot.leg_frames import leg_lengths
 from footfall.robot.model import Robot
-
-Array = NDArray[np.float64]
 
 MOST_MOVED = 0.8
 """How far the chassis goes before one foot move, at most [m]."""

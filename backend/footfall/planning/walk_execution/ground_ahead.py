@@ -5,7 +5,6 @@ footfalls where those still lie on the ground.
 """
 
 import numpy as np
-from numpy.typing import NDArray
 
 from footfall.maps.standing import STANDING_GAP
 from footfall.planning.walk.footfalls import unknown_away
@@ -15,8 +14,6 @@ from footfall.robot.model import Robot
 from footfall.terrain.dem import Dem
 from footfall.terrain.fusion.age import BANDS
 from footfall.terrain.ground.surface import height_at
-
-Array = NDArray[np.float64]
 
 GROUND_MOVED = 0.03
 """A footfall of the walk may be so far above or below the ground as it is known now [m]: what a wheel may cut in."""

@@ -1,14 +1,12 @@
 """Whether a rover that gives way stands near enough to where a walk has it."""
 
 import numpy as np
-from numpy.typing import NDArray
 
+from footfall.core.arrays import Array
 from footfall.core.frames import apply
 from footfall.robot.kinematics import wheel_centers
 from footfall.robot.model import Robot
 from footfall.telemetry.state import RobotState
-
-Array = NDArray[np.float64]
 
 CHASSIS_MOVED = 0.03
 """The chassis' origin may be so far from where the walk has it [m]."""

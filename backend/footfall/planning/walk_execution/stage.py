@@ -6,6 +6,7 @@ from dataclasses import dataclass, replace
 import numpy as np
 from numpy.typing import NDArray
 
+from footfall.core.arrays import Array
 from footfall.planning.route.problem import RouteResult
 from footfall.planning.walk.chains import APART
 from footfall.planning.walk.choices import WayAhead, way_ahead
@@ -14,8 +15,6 @@ from footfall.robot.model import Robot
 from footfall.telemetry.state import RobotState
 from footfall.terrain.dem import Dem
 from footfall.terrain.ground.surface import height_at
-
-Array = NDArray[np.float64]
 
 CHOICE = 2
 """Footfalls that every leg has to choose from at a place on the way: where a leg has fewer, one that a check refuses

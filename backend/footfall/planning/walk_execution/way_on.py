@@ -1,11 +1,11 @@
 """What a rover that walks to a goal does next: go on, look, plan anew, or stop; by walk, stance and ground."""
 
 import numpy as np
-from numpy.typing import NDArray
 
 from footfall.balance.balance_settings import BalanceSettings
 from footfall.balance.payload import loaded
 from footfall.balance.support import margin
+from footfall.core.arrays import Array
 from footfall.core.frames import apply, heading
 from footfall.maps.standing import contacts
 from footfall.maps.support_outlines import bearing
@@ -18,8 +18,6 @@ from footfall.robot.kinematics import center_of_mass
 from footfall.robot.model import Robot
 from footfall.telemetry.state import RobotState
 from footfall.terrain.dem import Dem
-
-Array = NDArray[np.float64]
 
 
 def way_on(

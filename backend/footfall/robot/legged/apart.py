@@ -8,13 +8,11 @@ from itertools import combinations
 
 import coal
 import numpy as np
-from numpy.typing import NDArray
 
+from footfall.core.arrays import Array
 from footfall.core.mesh import Mesh
 from footfall.robot.bvh import bvh
 from footfall.robot.legged.legged_robot import LeggedRobot
-
-Array = NDArray[np.float64]
 
 LEAST_SHARE = 0.5
 """Of the distance at ease: bodies that are built nearer than their clearance may not come nearer than that."""

@@ -4,8 +4,8 @@ from collections.abc import Mapping
 from dataclasses import dataclass
 
 import numpy as np
-from numpy.typing import NDArray
 
+from footfall.core.arrays import Array
 from footfall.core.errors import InvalidRobot
 from footfall.core.frames import inverse
 from footfall.robot.legged.groups import grouped
@@ -16,8 +16,6 @@ from footfall.robot.legged.tree import RobotTree, TreeJoint
 HIGH = 0.3
 """A limb whose end stays this share of the robot's height above the feet is no leg."""
 DOUBTFUL = 0.15
-
-Array = NDArray[np.float64]
 
 
 @dataclass(frozen=True)

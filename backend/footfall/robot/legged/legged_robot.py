@@ -8,9 +8,10 @@ from itertools import pairwise
 
 import numpy as np
 import pinocchio as pin
-from numpy.typing import ArrayLike, NDArray
+from numpy.typing import ArrayLike
 from scipy.spatial import ConvexHull
 
+from footfall.core.arrays import Array
 from footfall.core.errors import InvalidInput, InvalidRobot, NotFound
 from footfall.core.frames import apply, inverse
 from footfall.core.mesh import Mesh
@@ -21,8 +22,6 @@ from footfall.robot.legged.legged_model import LegChain, LeggedModel
 from footfall.robot.legged.tree import TreeJoint, TreeLink
 from footfall.robot.limb.by_structure import solver_of
 from footfall.robot.limb.limb import limb_of
-
-Array = NDArray[np.float64]
 
 CLEARANCE_SHARE = 0.02
 """Clearances where nobody says otherwise, as a share of the longest leg."""

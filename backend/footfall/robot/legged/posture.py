@@ -4,13 +4,12 @@ from dataclasses import dataclass
 
 import numpy as np
 import pinocchio as pin
-from numpy.typing import ArrayLike, NDArray
+from numpy.typing import ArrayLike
 
+from footfall.core.arrays import Array
 from footfall.core.frames import transform
 from footfall.robot.legged.legged_robot import LeggedRobot
 from footfall.robot.pin_scratch import scratch_of
-
-Array = NDArray[np.float64]
 
 
 @dataclass(frozen=True)

@@ -3,9 +3,9 @@
 from collections.abc import Mapping
 
 import numpy as np
-from numpy.typing import NDArray
 from scipy.spatial import ConvexHull, QhullError
 
+from footfall.core.arrays import Array
 from footfall.core.frames import inverse
 from footfall.robot.legged.legged_model import Sole
 from footfall.robot.legged.tree import TreeLink, TreeShape
@@ -19,7 +19,6 @@ FLAT_DEPTH = 0.02
 FLAT_SHARE = 0.3
 """A foot is flat where its sole covers at least this share of what it covers seen from above."""
 
-Array = NDArray[np.float64]
 _NOTHING = np.zeros((0, 3))
 
 

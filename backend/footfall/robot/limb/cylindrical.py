@@ -8,14 +8,13 @@ A place has two *branches*: 0, the foot is out on the side to which the limb sli
 from dataclasses import dataclass
 
 import numpy as np
-from numpy.typing import ArrayLike, NDArray
+from numpy.typing import ArrayLike
 
+from footfall.core.arrays import Array
 from footfall.core.errors import InvalidRobot
 from footfall.core.frames import apply, inverse
 from footfall.robot.limb.limb import Limb
 from footfall.robot.limb.limb_solver import LimbSolutions, LimbSolver
-
-Array = NDArray[np.float64]
 
 SQUARE = 1e-9
 """Axes are along or across each other where their cosine is off by less."""

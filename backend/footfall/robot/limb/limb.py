@@ -6,11 +6,11 @@ import numpy as np
 import pinocchio as pin
 from numpy.typing import NDArray
 
+from footfall.core.arrays import Array
 from footfall.core.errors import InvalidRobot, NotFound
 from footfall.core.frames import require_transform
 from footfall.core.value import Value, value
 
-Array = NDArray[np.float64]
 Place = Literal["point", "pose"]
 
 LONGEST = 7

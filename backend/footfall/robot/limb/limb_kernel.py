@@ -14,8 +14,8 @@ import numpy as np
 from numpy.typing import NDArray
 
 from footfall.compiled import njit
+from footfall.core.arrays import Array
 
-Array = NDArray[np.float64]
 MOST_STEPS = 40
 DAMPING = 1e-9
 """Constant part of the damping, as a share of the squared length [–]."""

@@ -6,11 +6,10 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
+from footfall.core.arrays import Array
 from footfall.core.errors import InvalidInput
 from footfall.robot.limb import limb_kernel
 from footfall.robot.limb.limb import Limb
-
-Array = NDArray[np.float64]
 
 
 @dataclass(frozen=True)

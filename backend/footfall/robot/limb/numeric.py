@@ -1,13 +1,12 @@
 """Joint angles that bring a limb's foot to a place, for limbs without a closed form."""
 
 import numpy as np
-from numpy.typing import ArrayLike, NDArray
+from numpy.typing import ArrayLike
 
+from footfall.core.arrays import Array
 from footfall.robot.limb import limb_kernel
 from footfall.robot.limb.limb import Limb
 from footfall.robot.limb.limb_solver import LimbSolutions, LimbSolver
-
-Array = NDArray[np.float64]
 
 SEEDS, TRIED, TRIED_OF_FEW = 1000, 64, 32
 """Postures that are known beforehand, and how many of them, the nearest ones, are tried for each place; those of

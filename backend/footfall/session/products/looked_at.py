@@ -6,9 +6,9 @@ Everything is bounded from outside: what a leg could touch, not what it touches.
 from typing import Any
 
 import numpy as np
-from numpy.typing import NDArray
 from scipy.ndimage import distance_transform_edt
 
+from footfall.core.arrays import Array
 from footfall.core.grid import GridGeometry
 from footfall.maps.layers import MapSettings, MapStack
 from footfall.planning.scene.ground import touch_radius
@@ -18,8 +18,6 @@ from footfall.session.products.kinds import Kind, LooksAt
 from footfall.session.products.up_to_date import OtherGround
 from footfall.telemetry.state import RobotState
 from footfall.terrain.ground.changed import GroundChange, Mask
-
-Array = NDArray[np.float64]
 
 REMEMBERED = ("age", "height_sd")
 """Layers that tell of the looking, not of the ground: newer ground has others."""

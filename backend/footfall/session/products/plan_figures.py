@@ -4,8 +4,8 @@ import itertools
 import math
 
 import numpy as np
-from numpy.typing import NDArray
 
+from footfall.core.arrays import Array
 from footfall.core.frames import apply
 from footfall.planning.scene.solids import part_poses
 from footfall.planning.step.problem import PlanResult, StepPlan, StepSettings
@@ -13,8 +13,6 @@ from footfall.robot.model import Robot
 from footfall.sequence.predict import needed_duration
 from footfall.sequence.sequence_settings import SequenceSettings
 from footfall.session.answers.plans import PlanFigures
-
-Array = NDArray[np.float64]
 
 PARTS = 8
 """Between two waypoints the wheel's way is measured in this many straight pieces."""

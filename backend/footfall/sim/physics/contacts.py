@@ -6,9 +6,8 @@ import mujoco
 import numpy as np
 from numpy.typing import NDArray
 
+from footfall.core.arrays import Array
 from footfall.sim.physics.model import PhysicsModel
-
-Array = NDArray[np.float64]
 
 _THREE = np.arange(3)
 

@@ -13,6 +13,7 @@ from numpy.typing import NDArray
 from scipy.spatial import ConvexHull, QhullError
 
 from footfall.balance.balance_settings import GRAVITY
+from footfall.core.arrays import Array
 from footfall.core.errors import InvalidRobot
 from footfall.core.frames import quat_wxyz
 from footfall.planning.legged.at_ease import at_ease
@@ -22,8 +23,6 @@ from footfall.robot.legged.legged_robot import LeggedRobot
 from footfall.sim.physics.model import add_ground, set_inertial, set_options, whole_ground
 from footfall.sim.physics.physics_settings import PhysicsSettings
 from footfall.terrain.dem import Dem
-
-Array = NDArray[np.float64]
 
 TICK = 0.002
 """Seconds between two states: these robots are lighter, and their joints quicker, than ATHLETE's."""

@@ -7,6 +7,7 @@ import mujoco
 import numpy as np
 from numpy.typing import NDArray
 
+from footfall.core.arrays import Array
 from footfall.core.errors import InvalidInput
 from footfall.core.frames import apply, quat_wxyz, rotation_from_quat_wxyz, transform, turn_of
 from footfall.core.progress import Progress, no_progress
@@ -20,8 +21,6 @@ from footfall.sim.physics.legged_verdict import LeggedLimits, LeggedReport, legg
 from footfall.sim.physics.physics_settings import PhysicsSettings
 from footfall.sim.physics.referee import IN_AIR
 from footfall.terrain.dem import Dem
-
-Array = NDArray[np.float64]
 
 REST = 1.0
 """Seconds in which the robot comes to rest on its joints before the first command, and after the last."""

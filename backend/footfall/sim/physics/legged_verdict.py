@@ -5,9 +5,8 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
+from footfall.core.arrays import Array
 from footfall.robot.legged.legged_robot import LeggedRobot
-
-Array = NDArray[np.float64]
 
 
 @dataclass(frozen=True)

@@ -15,6 +15,7 @@ import pinocchio as pin
 from numpy.typing import NDArray
 from scipy.ndimage import distance_transform_edt
 
+from footfall.core.arrays import Array
 from footfall.core.errors import InvalidRobot
 from footfall.core.frames import quat_wxyz
 from footfall.core.grid import GridGeometry
@@ -34,8 +35,6 @@ from footfall.sim.physics.physics_settings import (
     PhysicsSettings,
 )
 from footfall.terrain.dem import MAX_CELLS, Dem
-
-Array = NDArray[np.float64]
 
 # or else the library writes a file of its own
 mujoco.set_mju_user_warning(logging.getLogger("footfall.sim.physics").warning)

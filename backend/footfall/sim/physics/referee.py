@@ -4,8 +4,9 @@ from collections.abc import Mapping
 from dataclasses import replace
 
 import numpy as np
-from numpy.typing import ArrayLike, NDArray
+from numpy.typing import ArrayLike
 
+from footfall.core.arrays import Array
 from footfall.core.errors import InvalidInput
 from footfall.core.frames import inverse, pose_difference
 from footfall.core.progress import Progress, no_progress
@@ -20,8 +21,6 @@ from footfall.telemetry.command_kinds import WAIT
 from footfall.telemetry.link import AckMessage, CommandMessage
 from footfall.telemetry.state import RobotState
 from footfall.terrain.dem import Dem
-
-Array = NDArray[np.float64]
 
 STEP_PHASES = ("unload", "lift", "swing", "lower", "load")
 IN_AIR = ("lift", "swing")

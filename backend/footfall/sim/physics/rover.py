@@ -8,8 +8,8 @@ from dataclasses import dataclass
 
 import mujoco
 import numpy as np
-from numpy.typing import NDArray
 
+from footfall.core.arrays import Array
 from footfall.core.errors import InvalidInput
 from footfall.core.frames import rotation_from_quat_wxyz, rotation_rpy, transform
 from footfall.robot.model import Robot
@@ -22,8 +22,6 @@ from footfall.sim.physics.settle import settle
 from footfall.telemetry.link import AckMessage, CommandMessage
 from footfall.telemetry.state import RobotState, TelemetryFrame
 from footfall.terrain.dem import Dem
-
-Array = NDArray[np.float64]
 
 LOOKED_AFTER = 5
 """Time steps between two looks at whether the rover has tipped."""

@@ -3,8 +3,8 @@
 from dataclasses import dataclass
 
 import numpy as np
-from numpy.typing import NDArray
 
+from footfall.core.arrays import Array
 from footfall.core.frames import apply
 from footfall.robot.kinematics import leg_link_poses
 from footfall.sim.physics.contacts import Touches, crossed, on_wheels
@@ -12,8 +12,6 @@ from footfall.sim.physics.physics_settings import TIME_STEP
 from footfall.sim.physics.rover import PhysicalRover
 from footfall.sim.physics.verdict import UnplannedContact, WheelEvent
 from footfall.terrain.ground.surface import height_at
-
-Array = NDArray[np.float64]
 
 STANDS = 20.0
 """A wheel that bears more than this stands [N]; what swings through dust bears less."""

@@ -9,8 +9,8 @@ from dataclasses import dataclass
 
 import mujoco
 import numpy as np
-from numpy.typing import NDArray
 
+from footfall.core.arrays import Array
 from footfall.core.errors import InvalidInput
 from footfall.core.frames import apply, quat_wxyz, rotation_from_quat_wxyz, transform, turn_of
 from footfall.robot.kinematics import gravity_torques, wheel_centers
@@ -19,8 +19,6 @@ from footfall.sim.physics.model import PhysicsModel
 from footfall.sim.physics.physics_settings import TIME_STEP, PhysicsSettings
 from footfall.sim.statics import contact_jacobian
 from footfall.terrain.ground.surface import height_at
-
-Array = NDArray[np.float64]
 
 ROUND = 1.0
 """Seconds that the rover is let come to rest before its set points are corrected."""

@@ -10,15 +10,13 @@ import math
 
 import cv2
 import numpy as np
-from numpy.typing import NDArray
 
 from footfall.core import frames
+from footfall.core.arrays import Array
 from footfall.core.errors import InvalidImages
 from footfall.core.value import Value, value
 from footfall.terrain.dem import Dem
 from footfall.terrain.terrain_settings import TerrainSettings
-
-Array = NDArray[np.float64]
 
 MIN_POINTS = 500
 """With fewer points over known map there is nothing to fit to."""

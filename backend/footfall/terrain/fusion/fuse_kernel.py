@@ -5,8 +5,7 @@ from numba import prange
 from numpy.typing import NDArray
 
 from footfall.compiled import njit
-
-Array = NDArray[np.float64]
+from footfall.core.arrays import Array
 
 
 @njit()

@@ -7,12 +7,11 @@ import numpy as np
 from numpy.typing import NDArray
 
 from footfall.compiled import njit
-
-Image = NDArray[np.float64]
+from footfall.core.arrays import Array
 
 
 @njit(error_model="numpy", nogil=True)
-def points_at(depth: Image, fx: float, fy: float, cx: float, cy: float, T: Image) -> NDArray[np.float64]:
+def points_at(depth: Array, fx: float, fy: float, cx: float, cy: float, T: Array) -> NDArray[np.float64]:
     """What pixels of a camera see at their depths (height, width) [m].
 
     Points (3, height, width) of the frame that T leads to from the camera's. In this order of operations whatever the
@@ -30,10 +29,10 @@ def points_at(depth: Image, fx: float, fy: float, cx: float, cy: float, T: Image
 
 @njit(error_model="numpy", nogil=True)
 def cover_cells(
-    x: Image,
-    y: Image,
+    x: Array,
+    y: Array,
     disparity: NDArray[np.float32],
-    layers: tuple[Image, Image, NDArray[np.uint8]],
+    layers: tuple[Array, Array, NDArray[np.uint8]],
     rows: int,
     cols: int,
     max_jump: float,

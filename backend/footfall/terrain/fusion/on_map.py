@@ -8,14 +8,12 @@ sure with the way and the time, as a random walk.
 from dataclasses import dataclass, replace
 
 import numpy as np
-from numpy.typing import NDArray
 
+from footfall.core.arrays import Array
 from footfall.core.frames import apply, inverse, pose_difference, turn_of
 from footfall.telemetry.state import RobotState
 from footfall.terrain.dem import Dem
 from footfall.terrain.terrain_settings import TerrainSettings
-
-Array = NDArray[np.float64]
 
 MOVES_NOTHING = 0.005
 """A correction that moves the chassis by less is within what a measurement may be off, whatever it is from [m]."""

@@ -9,6 +9,7 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
+from footfall.core.arrays import Mask
 from footfall.core.errors import InvalidTerrain
 from footfall.core.grid import GridGeometry
 from footfall.terrain.dem import Dem
@@ -29,8 +30,6 @@ MOST_COMPARED = 1_000_000
 
 BEYOND = 1.5
 """Ground beyond the edge is taken to go on as the edge is; it is compared this far [m]."""
-
-Mask = NDArray[np.bool_]
 
 
 @dataclass(frozen=True, eq=False)

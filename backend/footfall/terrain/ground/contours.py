@@ -1,8 +1,8 @@
 """Contour lines of a Dem: where its triangles meet level planes."""
 
 import numpy as np
-from numpy.typing import NDArray
 
+from footfall.core.arrays import Array
 from footfall.core.errors import InvalidInput
 from footfall.terrain.dem import Dem
 from footfall.terrain.ground.triangulate import triangulate
@@ -13,8 +13,6 @@ MOST_LEVELS = 20
 """That the ground is cut at, by the step that is chosen for it."""
 LIFTED_BY = 1e-9
 """Corners at a level count as this much above it [m]: a flat triangle at a level has no line."""
-
-Array = NDArray[np.float64]
 
 
 def contour_step(dem: Dem) -> float:

@@ -4,8 +4,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from footfall.compiled import njit
-
-Array = NDArray[np.float64]
+from footfall.core.arrays import Array
 
 EDGE = 1e-9
 """Cells: a point this close to a block's edge belongs to both neighbours, as closed triangles do."""

@@ -6,13 +6,12 @@ import cv2
 import numpy as np
 from numpy.typing import NDArray
 
+from footfall.core.arrays import Array
 from footfall.core.frames import apply, inverse
 from footfall.telemetry.images import Camera
 from footfall.telemetry.projection import in_image, project
 from footfall.terrain.dem import Dem
 from footfall.terrain.ground.line_of_sight import in_sight
-
-Array = NDArray[np.float64]
 
 COARSENESS = 0.3
 """Points of a line are left out where that moves it by no more than this [px]."""

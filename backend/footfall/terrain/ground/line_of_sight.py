@@ -3,10 +3,9 @@
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
+from footfall.core.arrays import Array
 from footfall.terrain.dem import Dem
 from footfall.terrain.ground.surface import height_at
-
-Array = NDArray[np.float64]
 
 TOLERANCE = 0.02
 """Ground has to rise by more than this above a line of sight to hide what is behind it [m]: less is roughness."""

@@ -1,12 +1,9 @@
 """Where vertical lines meet a mesh first from above: triangles sorted into square bins, compiled."""
 
 import numpy as np
-from numpy.typing import NDArray
 
 from footfall.compiled import njit
-
-Array = NDArray[np.float64]
-Ints = NDArray[np.int64]
+from footfall.core.arrays import Array, Ints
 
 
 @njit()

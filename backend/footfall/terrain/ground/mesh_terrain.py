@@ -13,14 +13,13 @@ from dataclasses import dataclass, replace
 import numpy as np
 from numpy.typing import NDArray
 
+from footfall.core.arrays import Array
 from footfall.core.errors import InvalidTerrain
 from footfall.core.mesh import Mesh
 from footfall.terrain.dem import Dem, HeightError
 from footfall.terrain.ground.mesh_heights_kernel import highest_at, sorted_into_bins
 from footfall.terrain.ground.rasterise import rasterise
 from footfall.terrain.ground.surface import height_at
-
-Array = NDArray[np.float64]
 
 MOST_ERROR = 0.1
 """Height error [m] that is accepted where nobody says another: well under the radius of a wheel."""

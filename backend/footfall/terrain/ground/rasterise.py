@@ -6,14 +6,13 @@ from collections.abc import Iterator
 import numpy as np
 from numpy.typing import NDArray
 
+from footfall.core.arrays import Array
 from footfall.core.errors import InvalidTerrain
 from footfall.core.grid import GridGeometry
 from footfall.core.mesh import Mesh
 from footfall.core.value import Provenance
 from footfall.terrain.dem import Dem
 from footfall.terrain.ground.resample import grid_over
-
-Array = NDArray[np.float64]
 
 MAX_LAYERED_SHARE = 0.1
 """A mesh is a surface while at most this share of its cells has ground above ground."""

@@ -8,9 +8,8 @@ Cartographic Relief Presentation, 1982).
 import numpy as np
 from numpy.typing import NDArray
 
+from footfall.core.arrays import Array
 from footfall.terrain.dem import Dem
-
-Array = NDArray[np.float64]
 
 AZIMUTH, ELEVATION = np.deg2rad(315.0), np.deg2rad(50.0)
 """Of the assumed light [rad]: clockwise from north (y), and over the horizon."""

@@ -11,8 +11,8 @@ from collections.abc import Iterator
 
 import fast_simplification
 import numpy as np
-from numpy.typing import NDArray
 
+from footfall.core.arrays import Array
 from footfall.core.errors import InvalidTerrain
 from footfall.core.mesh import Mesh
 from footfall.core.value import Value, value
@@ -20,8 +20,6 @@ from footfall.terrain.dem import Dem
 from footfall.terrain.ground.rasterise import extremes
 from footfall.terrain.ground.surface import height_at
 from footfall.terrain.ground.triangulate import triangulate
-
-Array = NDArray[np.float64]
 
 KEPT_SHARES = (0.01, 0.02, 0.04, 0.08, 0.16, 0.32, 0.64)
 """Shares of the triangles that are tried, until the error holds."""

@@ -7,13 +7,12 @@ fully known 2 × 2 block contains carries no surface and counts as unknown here.
 from functools import lru_cache
 
 import numpy as np
-from numpy.typing import ArrayLike, NDArray
+from numpy.typing import ArrayLike
 
+from footfall.core.arrays import Array
 from footfall.core.errors import InvalidInput
 from footfall.terrain.dem import Dem
 from footfall.terrain.ground.height_kernel import EDGE, heights_at
-
-Array = NDArray[np.float64]
 
 _SAMPLES_AT_ONCE = 2_000_000
 

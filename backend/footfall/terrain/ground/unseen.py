@@ -10,11 +10,10 @@ import cv2
 import numpy as np
 from numpy.typing import NDArray
 
+from footfall.core.arrays import Array
 from footfall.core.grid import GridGeometry
 from footfall.core.value import Provenance
 from footfall.terrain.dem import Dem
-
-Array = NDArray[np.float64]
 
 FOOT_DISC = 0.15
 """Radius around a standing wheel's contact in which unknown cells take the contact's height [m]."""

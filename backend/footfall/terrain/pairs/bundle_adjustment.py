@@ -28,6 +28,7 @@ from scipy.sparse.linalg import splu
 from scipy.spatial.transform import Rotation
 
 from footfall.core import frames
+from footfall.core.arrays import Array
 from footfall.core.errors import InvalidImages
 from footfall.core.progress import Progress, no_progress
 from footfall.core.value import Value, value
@@ -36,8 +37,6 @@ from footfall.telemetry.projection import sight
 from footfall.terrain.pairs.epipolar import estimate_rotation, turn_right_image
 from footfall.terrain.pairs.point_matches import matches
 from footfall.terrain.pairs.stereo import require_rectified
-
-Array = NDArray[np.float64]
 
 EXPECTED_RIGHT, EXPECTED_PAIR = np.deg2rad(0.3), np.deg2rad(0.5)
 """Priors: deviations of a right camera's and of a pair's turn [rad]."""

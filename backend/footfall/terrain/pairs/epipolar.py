@@ -26,13 +26,12 @@ import cv2
 import numpy as np
 from numpy.typing import NDArray
 
+from footfall.core.arrays import Array
 from footfall.core.errors import InvalidImages
 from footfall.core.value import Value, value
 from footfall.telemetry.images import ImagePair
 from footfall.terrain.pairs.point_matches import FEWEST_MATCHES, matches
 from footfall.terrain.pairs.stereo import offset, require_rectified
-
-Array = NDArray[np.float64]
 
 LARGEST_CORRECTION = np.deg2rad(0.3)
 """A camera turned by this or more about any axis is no small error of calibration: the pair is refused [rad]."""

@@ -11,9 +11,8 @@ import numpy as np
 from numpy.typing import NDArray
 from scipy.spatial import KDTree
 
+from footfall.core.arrays import Array
 from footfall.telemetry.images import ImagePair
-
-Array = NDArray[np.float64]
 
 FEWEST_MATCHES = 40
 """With fewer, nothing can be said about a pair."""

@@ -20,9 +20,8 @@ import cv2
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
+from footfall.core.arrays import Floats32
 from footfall.terrain.pairs.refine_kernel import fit_planes
-
-Image = NDArray[np.float32]
 
 RADII = (3, 5, 7)
 """Of the windows, step by step [px]."""
@@ -59,13 +58,13 @@ class Refined(NamedTuple):
     deviation [px], at most FARTHEST.
     """
 
-    disparity: Image
-    along: Image
-    down: Image
-    deviation: Image
+    disparity: Floats32
+    along: Floats32
+    down: Floats32
+    deviation: Floats32
 
 
-def refined(left: NDArray[np.uint8], right: NDArray[np.uint8], disparity: Image) -> Refined:
+def refined(left: NDArray[np.uint8], right: NDArray[np.uint8], disparity: Floats32) -> Refined:
     """Better disparities; deterministic.
 
     Args:
@@ -108,7 +107,7 @@ def refined(left: NDArray[np.uint8], right: NDArray[np.uint8], disparity: Image)
     return Refined(planes[0], planes[1], planes[2], np.where(known, deviation, np.float32(np.nan)))
 
 
-def off_plane(disparity: Image, along: Image, down: Image) -> Image:
+def off_plane(disparity: Floats32, along: Floats32, down: Floats32) -> Floats32:
     """How far the surface around each pixel is off the pixel's plane, the mean over the largest window.
 
     A fit that took all neighbours for one surface would be off by that. What differs by little from the plane is taken
@@ -126,7 +125,7 @@ def off_plane(disparity: Image, along: Image, down: Image) -> Image:
     rows, cols = np.indices(disparity.shape, np.float32)
     side = 2 * RADII[-1] + 1
 
-    def mean(of: ArrayLike) -> Image:
+    def mean(of: ArrayLike) -> Floats32:
         return _single(cv2.blur(np.where(known, of, np.float32(0.0)).astype(np.float32), (side, side)))
 
     share = mean(np.ones_like(disparity))
@@ -134,7 +133,7 @@ def off_plane(disparity: Image, along: Image, down: Image) -> Image:
     return np.where(known, np.abs(off) / np.maximum(share, np.float32(1.0 / side**2)), np.float32(0.0))
 
 
-def _in_units_of(residuals: Image, variance: Image) -> Image:
+def _in_units_of(residuals: Floats32, variance: Floats32) -> Floats32:
     """Deviations of disparities [px], whose variances [px²] were reckoned as if differences had one of 1 / weight.
 
     residuals: differences that are left, × √weight. Their own spread is the unit (variance of unit weight: Förstner &
@@ -145,27 +144,27 @@ def _in_units_of(residuals: Image, variance: Image) -> Image:
     return _single(1.0 / np.sqrt(np.maximum(from_images, 0.0) / unit**2 + 1.0 / FARTHEST**2))
 
 
-def _deviation(errors: Image) -> float:
+def _deviation(errors: Floats32) -> float:
     """Standard deviation, if most were normally distributed (Rousseeuw & Croux, JASA 1993)."""
     return 1.4826 * float(np.median(np.abs(errors))) if len(errors) else 0.0
 
 
-def _bordered(image: Image, width: int) -> Image:
+def _bordered(image: Floats32, width: int) -> Floats32:
     return _single(cv2.copyMakeBorder(image, width, width, width, width, cv2.BORDER_CONSTANT))
 
 
-def _along_rows(image: Image) -> Image:
+def _along_rows(image: Floats32) -> Floats32:
     return _single(cv2.Sobel(image, cv2.CV_32F, 1, 0, ksize=1, scale=0.5))
 
 
-def _single(image: ArrayLike) -> Image:
+def _single(image: ArrayLike) -> Floats32:
     return np.asarray(image, np.float32)
 
 
 class _Compared:
     """Two images (height, width), compared at disparities."""
 
-    def __init__(self, left: Image, right: Image, known: NDArray[np.bool_]):
+    def __init__(self, left: Floats32, right: Floats32, known: NDArray[np.bool_]):
         rows, cols = left.shape
         self._left, self._right, self._unknown = left, right, ~known
         self._x = np.arange(cols, dtype=np.float32)
@@ -173,7 +172,7 @@ class _Compared:
         self._slope_left, self._slope_right = (_along_rows(image) for image in (left, right))
         self._mean_left = self._mean(left)
 
-    def at(self, disparity: Image) -> tuple[Image, Image]:
+    def at(self, disparity: Floats32) -> tuple[Floats32, Floats32]:
         """Grey of the right image at each pixel's partner minus that of the left one, and the mean of their slopes.
 
         The slopes are along the row. Sampled over eight pixels: over four, fractions of a disparity were drawn towards
@@ -185,14 +184,14 @@ class _Compared:
         gain = (self._mean_left + 1.0) / (self._mean(there) + 1.0)
         return _single(gain * there - self._left), _single(0.5 * (gain * slope + self._slope_left))
 
-    def _mean(self, image: ArrayLike) -> Image:
+    def _mean(self, image: ArrayLike) -> Floats32:
         """Of the known ones among the pixels around each."""
         known = np.array(image, np.float32)
         known[self._unknown] = 0.0
         return _single(cv2.blur(known, (ALIKE, ALIKE)))
 
 
-def _variance(image: Image) -> Image:
+def _variance(image: Floats32) -> Floats32:
     """Of a difference at each pixel: the noise, and some of the contrast around it.
 
     So a faint patch in a shadow counts beside a shadow's edge, which may lie on another surface.

@@ -2,24 +2,22 @@
 
 import numpy as np
 from numba import prange
-from numpy.typing import NDArray
 
 from footfall.compiled import njit
-
-Image = NDArray[np.float32]
+from footfall.core.arrays import Floats32
 
 
 @njit(parallel=True, error_model="numpy")
 def fit_planes(
-    found: Image,
-    error: Image,
-    slope: Image,
-    weight: Image,
-    planes: Image,
+    found: Floats32,
+    error: Floats32,
+    slope: Floats32,
+    weight: Floats32,
+    planes: Floats32,
     radius: int,
-    inverse_reach: Image,
+    inverse_reach: Floats32,
     pull: float,
-) -> tuple[Image, Image]:
+) -> tuple[Floats32, Floats32]:
     """Planes one step better, and the variance (height, width) [px²] of their disparity.
 
     A plane (3, height, width) is the disparity at the pixel, its change per column and per row. The variance is the

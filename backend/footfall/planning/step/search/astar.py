@@ -14,7 +14,8 @@ from collections.abc import Callable
 
 import numpy as np
 
-from footfall.planning.step.search.edges import Array, Space
+from footfall.core.arrays import Array
+from footfall.planning.step.search.edges import Space
 
 _NEIGHBOURS = np.array([o for o in itertools.product((-1, 0, 1), repeat=3) if any(o)])
 

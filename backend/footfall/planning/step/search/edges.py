@@ -9,11 +9,9 @@ from collections.abc import Callable
 from functools import lru_cache
 
 import numpy as np
-from numpy.typing import NDArray
 
+from footfall.core.arrays import Array
 from footfall.planning.joint_path import largest_change
-
-Array = NDArray[np.float64]
 
 
 @lru_cache(maxsize=32)

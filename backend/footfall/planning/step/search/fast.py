@@ -6,9 +6,10 @@ posture beside them, which a mesh-checked edge joins to them.
 
 import numpy as np
 
+from footfall.core.arrays import Array
 from footfall.planning.joint_path import length
 from footfall.planning.scene.certificate import Certificate
-from footfall.planning.step.search.edges import Array, Space
+from footfall.planning.step.search.edges import Space
 from footfall.planning.step.search.sbl_kernel import COUNT, GROWING, JOINED, Trees, grow, planted, route
 from footfall.planning.step.search.shortcut_kernel import shortened
 from footfall.robot.leg_clearance_kernel import RAISED_GROUND

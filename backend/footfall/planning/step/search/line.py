@@ -2,7 +2,8 @@
 
 import numpy as np
 
-from footfall.planning.step.search.edges import Array, Space
+from footfall.core.arrays import Array
+from footfall.planning.step.search.edges import Space
 
 
 def line(space: Space, start: Array, goal: Array) -> Array | None:

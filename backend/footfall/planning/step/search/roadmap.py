@@ -4,7 +4,8 @@ from collections import deque
 
 import numpy as np
 
-from footfall.planning.step.search.edges import Array, levels_for
+from footfall.core.arrays import Array
+from footfall.planning.step.search.edges import levels_for
 
 START, GOAL = 0, 1
 DIVISIONS = 16

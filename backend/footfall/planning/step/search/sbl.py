@@ -12,7 +12,7 @@ import numpy as np
 from ompl import base as ob
 from ompl import geometric as og
 
-from footfall.planning.step.search.edges import Array
+from footfall.core.arrays import Array
 from footfall.planning.step.search.roadmap import Roadmap
 
 SHRINKS = 64

@@ -5,13 +5,11 @@ joint space.
 """
 
 import numpy as np
-from numpy.typing import NDArray
 
 from footfall.compiled import njit
+from footfall.core.arrays import Array
 from footfall.planning.scene.leg_free_kernel import BodyTables, edge_is_sure
 from footfall.robot.leg_clearance_kernel import LegTables
-
-Array = NDArray[np.float64]
 
 LEAST_GAIN = 0.005
 """Share of the path's length that a shortcut must save."""

@@ -11,8 +11,9 @@ import itertools
 
 import numpy as np
 
+from footfall.core.arrays import Array
 from footfall.planning.joint_path import length
-from footfall.planning.step.search.edges import Array, Space
+from footfall.planning.step.search.edges import Space
 
 LEAST_GAIN = 0.25
 MOST_WAYPOINTS = 48

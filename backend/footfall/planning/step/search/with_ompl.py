@@ -13,7 +13,8 @@ from ompl import base as ob
 from ompl import geometric as og
 from ompl import util as ou
 
-from footfall.planning.step.search.edges import Array, Space
+from footfall.core.arrays import Array
+from footfall.planning.step.search.edges import Space
 from footfall.planning.step.search.sbl import SBL
 
 ou.setLogLevel(ou.LOG_NONE)

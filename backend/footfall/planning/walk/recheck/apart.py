@@ -11,13 +11,11 @@ from functools import cached_property
 
 import coal
 import numpy as np
-from numpy.typing import NDArray
 
+from footfall.core.arrays import Array
 from footfall.core.frames import inverse
 from footfall.core.mesh import Mesh
 from footfall.robot.bvh import bvh
-
-Array = NDArray[np.float64]
 
 CLOSE = 0.001
 """Within this of the least distance found, distances need not be measured, unless there is nothing to spare [m]."""

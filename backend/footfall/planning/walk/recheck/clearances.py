@@ -8,8 +8,8 @@ from collections.abc import Callable, Sequence
 from dataclasses import dataclass
 
 import numpy as np
-from numpy.typing import NDArray
 
+from footfall.core.arrays import Array
 from footfall.core.frames import apply, transform
 from footfall.core.grid import GridGeometry
 from footfall.planning.answers import Check
@@ -25,8 +25,6 @@ from footfall.terrain.dem import Dem
 from footfall.terrain.ground.surface import height_at
 from footfall.terrain.ground.triangulate import triangulate
 from footfall.terrain.ground.unseen import without_holes
-
-Array = NDArray[np.float64]
 
 LOCKED = ("ankle_roll", "wheel")
 """Parts of a leg that stay where they are while its wheel stands."""

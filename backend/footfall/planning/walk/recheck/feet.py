@@ -6,6 +6,7 @@ import numpy as np
 from numpy.typing import NDArray
 from scipy.spatial.transform import Rotation
 
+from footfall.core.arrays import Array
 from footfall.planning.answers import Check
 from footfall.planning.walk.problem import CheckedMotion, Stance, part_name
 from footfall.planning.walk.recheck.stretches import MotionStretch
@@ -14,8 +15,6 @@ from footfall.robot.leg_branches import elbow_of, shoulder_of
 from footfall.robot.model import Robot
 from footfall.terrain.dem import Dem
 from footfall.terrain.ground.surface import height_at
-
-Array = NDArray[np.float64]
 
 DRIFT = 0.002
 """How far the centre of a standing wheel may be from where its stance has it [m]."""

@@ -10,20 +10,18 @@ from dataclasses import dataclass
 
 import numpy as np
 import pinocchio as pin
-from numpy.typing import NDArray
 from scipy.optimize import linprog
 from scipy.spatial import ConvexHull, QhullError
 
 from footfall.balance.balance_settings import GRAVITY
 from footfall.balance.tether import Tether
+from footfall.core.arrays import Array
 from footfall.core.errors import FootFallError
 from footfall.planning.answers import Check
 from footfall.planning.walk.problem import CheckedMotion, Tethered, WalkSettings
 from footfall.planning.walk.recheck.feet import Worst
 from footfall.planning.walk.recheck.stretches import MotionStretch
 from footfall.robot.model import Robot
-
-Array = NDArray[np.float64]
 
 SIDES = 16
 """Of the friction pyramids, inside their cones."""

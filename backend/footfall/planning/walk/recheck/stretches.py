@@ -10,13 +10,12 @@ import pinocchio as pin
 from numpy.typing import NDArray
 from scipy.spatial.transform import Rotation, Slerp
 
+from footfall.core.arrays import Array
 from footfall.planning.motion import Motion
 from footfall.planning.walk.problem import CheckedMotion, part_name
 from footfall.planning.walk.recheck.recheck_settings import RecheckSettings
 from footfall.robot.description import PARTS, link_name
 from footfall.robot.model import Robot
-
-Array = NDArray[np.float64]
 
 
 @dataclass(frozen=True)

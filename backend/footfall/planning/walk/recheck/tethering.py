@@ -4,8 +4,8 @@ from collections.abc import Callable
 
 import coal
 import numpy as np
-from numpy.typing import NDArray
 
+from footfall.core.arrays import Array
 from footfall.planning.answers import Check
 from footfall.planning.walk.problem import CheckedMotion, Tethered
 from footfall.planning.walk.recheck.apart import MovingBody
@@ -17,8 +17,6 @@ from footfall.robot.model import Robot
 from footfall.terrain.dem import Dem
 from footfall.terrain.ground.triangulate import triangulate
 from footfall.terrain.ground.unseen import without_holes_between
-
-Array = NDArray[np.float64]
 
 SLACK = 0.01
 """What is paid out may differ from the way to the anchor by so much [m]."""
