@@ -27,31 +27,43 @@ def differences(recorded: Any, recomputed: Any, path: str = "") -> Iterator[Fiel
         else:
             yield FieldDifference(path, None, f"{_short(recorded)} was recorded, now it is {_short(recomputed)}")
     elif isinstance(recorded, Value):
-        for f in fields(recorded):  # type: ignore[arg-type]
-            if isinstance(recorded, Provenance) and f.name == "software":
-                continue
-            yield from differences(getattr(recorded, f.name), getattr(recomputed, f.name), _join(path, f.name))
+        yield from _by_field(recorded, recomputed, path)
     elif isinstance(recorded, np.ndarray):
         yield from _arrays(recorded, recomputed, path)
     elif isinstance(recorded, Mapping):
-        for name in dict.fromkeys([*recorded, *recomputed]):
-            if name not in recorded or name not in recomputed:
-                yield FieldDifference(f"{path}[{name!r}]", None, "only one of the two has it")
-            else:
-                yield from differences(recorded[name], recomputed[name], f"{path}[{name!r}]")
-        if list(recorded) != list(recomputed) and set(recorded) == set(recomputed):
-            yield FieldDifference(path, None, "the order of the names differs")
+        yield from _by_name(recorded, recomputed, path)
     elif isinstance(recorded, tuple):
-        if len(recorded) != len(recomputed):
-            yield FieldDifference(path, None, f"{len(recorded)} items were recorded, now there are {len(recomputed)}")
-        for i, (one, other) in enumerate(zip(recorded, recomputed, strict=False)):
-            yield from differences(one, other, f"{path}[{i}]")
+        yield from _in_order(recorded, recomputed, path)
     elif isinstance(recorded, bytes):
         yield from _bytes(recorded, recomputed, path)
     elif isinstance(recorded, float):
         yield from _numbers(recorded, recomputed, path)
     elif recorded != recomputed:
         yield FieldDifference(path, None, f"{_short(recorded)} was recorded, now it is {_short(recomputed)}")
+
+
+def _by_field(recorded: Value, recomputed: Value, path: str) -> Iterator[FieldDifference]:
+    for f in fields(recorded):  # type: ignore[arg-type]
+        if isinstance(recorded, Provenance) and f.name == "software":
+            continue
+        yield from differences(getattr(recorded, f.name), getattr(recomputed, f.name), _join(path, f.name))
+
+
+def _by_name(recorded: Mapping[str, Any], recomputed: Mapping[str, Any], path: str) -> Iterator[FieldDifference]:
+    for name in dict.fromkeys([*recorded, *recomputed]):
+        if name not in recorded or name not in recomputed:
+            yield FieldDifference(f"{path}[{name!r}]", None, "only one of the two has it")
+        else:
+            yield from differences(recorded[name], recomputed[name], f"{path}[{name!r}]")
+    if list(recorded) != list(recomputed) and set(recorded) == set(recomputed):
+        yield FieldDifference(path, None, "the order of the names differs")
+
+
+def _in_order(recorded: tuple[Any, ...], recomputed: tuple[Any, ...], path: str) -> Iterator[FieldDifference]:
+    if len(recorded) != len(recomputed):
+        yield FieldDifference(path, None, f"{len(recorded)} items were recorded, now there are {len(recomputed)}")
+    for i, (one, other) in enumerate(zip(recorded, recomputed, strict=False)):
+        yield from differences(one, other, f"{path}[{i}]")
 
 
 def _arrays(recorded: np.ndarray, recomputed: np.ndarray, path: str) -> Iterator[FieldDifference]:
