@@ -105,6 +105,17 @@ def part_meshes(raw: Mapping[str, Any]) -> dict[str, Mesh]:
 
 def _require_structure(name: str, table: Table) -> None:
     """Refuse by name every leg that is not z-y-y-x-y-x with a spherical ankle and a wheel."""
+    _require_axes(name, table)
+    if "wheel" not in table:
+        raise InvalidRobot(f"{name} has no wheel; FootFall walks on wheels at the ends of the legs")
+    wheel = table.table("wheel")
+    _require_wheel(name, wheel)
+    _require_offsets(name, table)
+    if wheel.numbers("offset", 3)[1:].any():
+        raise InvalidRobot(f"{name}: the wheel's offset must lie along x")
+
+
+def _require_axes(name: str, table: Table) -> None:
     found = [(joint.text("name"), joint.text("axis")) for joint in table.tables("joints")]
     wanted = ", ".join(f"{part} ({axis})" for part, axis in JOINTS)
     if len(found) != len(JOINTS):
@@ -114,9 +125,9 @@ def _require_structure(name: str, table: Table) -> None:
             raise InvalidRobot(f"{name} has joint {part!r} where {want_part!r} belongs; the order is {wanted}")
         if axis != want_axis:
             raise InvalidRobot(f"{name}: {part} turns about {axis}; FootFall solves legs where it is {want_axis}")
-    if "wheel" not in table:
-        raise InvalidRobot(f"{name} has no wheel; FootFall walks on wheels at the ends of the legs")
-    wheel = table.table("wheel")
+
+
+def _require_wheel(name: str, wheel: Table) -> None:
     if wheel.text("axle") != "y":
         raise InvalidRobot(f"{name}: the wheel's axle is {wheel.text('axle')}; it must be y of the ankle roll frame")
     for key in ("radius", "width", "stiffness"):
@@ -124,14 +135,15 @@ def _require_structure(name: str, table: Table) -> None:
             raise InvalidRobot(f"{name}: the wheel's {key} must be above zero")
     if not 8 <= wheel.integer("sides") <= 128:
         raise InvalidRobot(f"{name}: the wheel's mesh needs 8 to 128 sides")
+
+
+def _require_offsets(name: str, table: Table) -> None:
     for joint in table.tables("joints"):
         offset, part = joint.numbers("offset", 3), joint.text("name")
         if part in ("hip_yaw", "knee_roll", "ankle_roll") and offset.any():
             raise InvalidRobot(f"{name}: the offset of {part} must be zero: its axis meets the one before it")
         if part in ("knee_pitch", "ankle_pitch") and offset[1:].any():
             raise InvalidRobot(f"{name}: the offset of {part} must lie along x")
-    if wheel.numbers("offset", 3)[1:].any():
-        raise InvalidRobot(f"{name}: the wheel's offset must lie along x")
 
 
 def _mounts(name: str, legs: Table) -> list[NDArray[np.float64]]:
