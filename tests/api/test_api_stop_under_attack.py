@@ -36,7 +36,8 @@ HOW: dict[str, tuple[attackers.Attack, set[int]]] = {
     "4 MiB of numbers": (attackers.telemetry, {409}),
     "3 MiB of objects": (partial(attackers.many_objects, objects=1000), {409}),
     "lists within lists": (attackers.deep, {422}),
-    "bodies that do not end": (partial(attackers.unfinished, size=14 << 20, pause=0.1), {503}),
+    # 408: on a busy machine the first of ten bodies has waited longer than the server does before the last is there
+    "bodies that do not end": (partial(attackers.unfinished, size=14 << 20, pause=0.1), {408, 503}),
     "uploads of 60 MB": (partial(attackers.uploads, words=10_000), {422}),
     "60 MiB on stop lines": (attackers.large_stops, {TOO_BIG}),
     "stops without end": (attackers.many_stops, set()),
