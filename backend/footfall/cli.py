@@ -221,18 +221,25 @@ def sim(
     yaw: AtYaw = 0.0,
     seed: Annotated[int, typer.Option(help="Seed of the cameras' noise.")] = 0,
     physics: Annotated[
-        bool, typer.Option("--physics/--kinematic", help="Masses, springs and contact, or joints that go as told.")
-    ] = True,
+        bool | None,
+        typer.Option(
+            "--physics/--kinematic",
+            help="Masses, springs and contact, or joints that go as told; a robot of your own is kinematic.",
+            show_default="physics",
+        ),
+    ] = None,
     gravity: Annotated[str, typer.Option(help="Of the world in physics: earth, moon or mars.")] = "earth",
     certificate: Annotated[Path | None, typer.Option(help="PEM file of the server's own certificate.")] = None,
     robot: RobotName = "athlete",
 ) -> None:
     """Run a simulated rover on the link of a server until Ctrl-C; FOOTFALL_ROVER_TOKEN is its token."""
     from footfall.balance.balance_settings import gravity_named
+    from footfall.io.any_robot import is_legged
     from footfall.sim.physics.physics_settings import PhysicsSettings
     from footfall.sim.process import Start, run_rover
 
-    world = PhysicsSettings(gravity=gravity_named(gravity), seed=seed) if physics else None
+    in_physics = not is_legged(robot) if physics is None else physics
+    world = PhysicsSettings(gravity=gravity_named(gravity), seed=seed) if in_physics else None
     run_rover(url, terrain, robot, seed, start=Start(x, y, yaw), physics=world, certificate=certificate)
 
 

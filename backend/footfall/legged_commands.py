@@ -34,7 +34,7 @@ def require_served(robot: str) -> None:
 
     if is_legged(robot):
         raise InvalidInput(
-            f"page, link and simulated rover take ATHLETE's legs alone, not {Path(robot).name}; "
+            f"the page and its sessions take ATHLETE's legs alone, not {Path(robot).name}; "
             f"with such a robot work {WORKS_WITH_OWN}"
         )
     if robot != SERVED:

@@ -191,7 +191,7 @@ def _in_view(robot: str | None, state: Path | None) -> "tuple[Robot | None, Robo
     """The robot that the images show and how it stood; both or neither."""
     from footfall.io.robot_files import load_robot
     from footfall.telemetry.fields import parse_object
-    from footfall.telemetry.link import state_from
+    from footfall.telemetry.link_state import state_from
 
     if robot is None and state is None:
         return None, None

@@ -121,7 +121,6 @@ LEVEL = "level.tif"
     "asked",
     [
         ("serve",),
-        ("sim", LEVEL),
         ("plan", "step", LEVEL, "--leg", 0, "--target", 0.1, 0.1),
         ("plan", "route", LEVEL, "--goal", 1, 0),
         ("plan", "gait", LEVEL, "--goal", 1, 0),
@@ -132,6 +131,11 @@ def test_what_takes_no_robot_of_your_own_names_what_does(described, asked):
     (line,) = run(*given, "--robot", described / "robot.toml", code=2).stderr.strip().splitlines()
     assert "ATHLETE's legs alone" in line
     assert "with such a robot work footfall robot check, map, plan walk, view, referee and export" in line
+
+
+def test_a_simulated_robot_of_your_own_is_kinematic(described):
+    said = run("sim", described / LEVEL, "--robot", described / "robot.toml", "--physics", code=2).stderr
+    assert "ring has no masses and springs on the link: run it with --kinematic" in said
 
 
 def test_a_server_has_the_robot_of_its_session(described):

@@ -12,7 +12,7 @@ from footfall.io.terrain_files import read_terrain, write_terrain
 from footfall.planning.body.stand import stand
 from footfall.sim.render import render_snapshot
 from footfall.telemetry.calibration import CameraModel, PairCalibration
-from footfall.telemetry.link import state_object
+from footfall.telemetry.link_state import state_object
 from footfall.telemetry.photographs import PhotographedPair
 from footfall.terrain.from_arrays import from_heights
 from footfall.terrain.generate import rock_field

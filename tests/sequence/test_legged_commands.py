@@ -19,7 +19,6 @@ from footfall.io.urdf.read import read_urdf
 from footfall.planning.legged.problem import LeggedSettings
 from footfall.planning.legged.stand import stand
 from footfall.planning.legged.step import plan_step
-from footfall.robot.joint_layout import JointLayout
 from footfall.robot.legged.find_legs import legged_model
 from footfall.robot.legged.legged_robot import LeggedRobot
 from footfall.robot.legged.posture import placed
@@ -27,6 +26,7 @@ from footfall.robot.legged.touching import touching
 from footfall.sequence.commands import Command, Sequence, by_leg, leg_lower, posture_move, wait
 from footfall.sequence.of_legged import RAMP, ramped
 from footfall.sequence.sequence_settings import SequenceSettings
+from footfall.telemetry.joint_layout import JointLayout
 from footfall.terrain.generate import fractal
 from tests.io.test_export_fprime import require_compiles
 from tests.io.test_export_ros2 import messages

@@ -11,6 +11,7 @@ from hypothesis.stateful import RuleBasedStateMachine, initialize, invariant, pr
 
 from footfall.core.errors import Conflict
 from footfall.core.value import Provenance
+from footfall.robot.description import athlete_layout
 from footfall.sequence.commands import Command, Sequence
 from footfall.session.access.identity import Identity, Role
 from footfall.session.commanding import Commanding
@@ -36,7 +37,9 @@ from footfall.telemetry.state import RobotState, TelemetryFrame
 ROWS = 3
 JOINTS = tuple(f"joint{i}" for i in range(36))
 NAMES = tuple(f"joint_{number}" for number in range(36))
-BODY: Any = SimpleNamespace(leg_count=6, lower=np.full(36, -4.0), upper=np.full(36, 4.0), joint_names=NAMES)
+BODY: Any = SimpleNamespace(
+    layout=athlete_layout(6), lower=np.full(36, -4.0), upper=np.full(36, 4.0), joint_names=NAMES
+)
 MOVE = Command("LEG_MOVE", 0, np.zeros(6), 1.0)
 SEQUENCE = Sequence("r", (MOVE,) * ROWS, np.zeros(36), np.zeros((ROWS, 36)), np.eye(4), (), Provenance({}))
 IDLE = RobotState("r", 0.0, np.zeros(36), np.eye(4), np.zeros((6, 3)), np.zeros(36), "idle")

@@ -7,7 +7,7 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from footfall.robot.joint_layout import athlete_layout
+from footfall.robot.description import athlete_layout
 from footfall.sequence.commands import Command, by_leg, leg_lower, leg_move, posture_move, wait
 from footfall.telemetry.command_kinds import (
     KINDS,

@@ -60,14 +60,10 @@ def effort_ratio(
     own = gravity / robot.efforts
     constant, effect = np.zeros((len(standing), MOST_JOINTS)), np.zeros((len(standing), MOST_JOINTS, 3))
     points_base = (feet - T_site_base[:3, 3]) @ R_site_base
-    arms_base = -origins
-    for leg, point in zip(standing, points_base, strict=True):
-        arms_base[robot.slices[leg]] = point - origins[robot.slices[leg]]
-    turns = np.cross(axes, arms_base)
-    for row, leg in enumerate(standing):
+    for row, (leg, point) in enumerate(zip(standing, points_base, strict=True)):
         part = robot.slices[leg]
         count = part.stop - part.start
-        moves = np.where(robot.limbs[leg].limb.slides[:, None], axes[part], turns[part]) @ R_site_base.T
+        moves = _moves(robot, leg, point, axes, origins) @ R_site_base.T
         constant[row, :count] = own[part]
         effect[row, :count] = -weight / robot.efforts[part, None] * moves
     size = max(float(np.abs(arms).max()), 1e-6)
@@ -78,6 +74,44 @@ def effort_ratio(
         raise FootFallError("the torque program was not solved", status=status)
     lifted = [np.abs(own[robot.slices[leg]]).max() for leg in robot.legs if leg not in standing]
     return float(max([ratio, *lifted]))
+
+
+def efforts_under(
+    robot: LeggedRobot,
+    posture: ArrayLike,
+    T_site_base: Array,
+    standing: Sequence[int],
+    contacts: ArrayLike,
+    forces: ArrayLike,
+) -> Array:
+    """What the joints hold while given forces of the ground hold the robot: τ = g(q) − Jᵀ f.
+
+    Args:
+        robot: the robot.
+        posture: joint angles, (joints,) [rad or m].
+        T_site_base: pose of the chassis, (4, 4).
+        standing: numbers of the legs on the ground, k of them.
+        contacts: (k, 3) of theirs, in site [m].
+        forces: of the ground on each of them, (k, 3) in site [N].
+
+    Returns:
+        (joints,) [N·m or N].
+    """
+    q = robot.require_posture(posture)
+    R_site_base = T_site_base[:3, :3]
+    gravity, axes, origins, _ = _statics(robot, q, R_site_base)
+    points_base = (np.asarray(contacts, float) - T_site_base[:3, 3]) @ R_site_base
+    efforts = gravity.copy()
+    for leg, point, force in zip(standing, points_base, np.asarray(forces, float) @ R_site_base, strict=True):
+        efforts[robot.slices[leg]] -= _moves(robot, leg, point, axes, origins) @ force
+    return efforts
+
+
+def _moves(robot: LeggedRobot, leg: int, point: Array, axes: Array, origins: Array) -> Array:
+    """How a point of the last body, (3,) in base [m], moves with the leg's joints, (own joints, 3)."""
+    part = robot.slices[leg]
+    turns = np.cross(axes[part], point - origins[part])
+    return np.where(robot.limbs[leg].limb.slides[:, None], axes[part], turns)
 
 
 def _least(arms: Array, faces: Array, effect: Array, constant: Array) -> tuple[int, float]:

@@ -16,7 +16,7 @@ import json
 import math
 from collections.abc import Callable, Mapping
 from contextlib import suppress
-from dataclasses import Field, dataclass, fields
+from dataclasses import Field, dataclass, field, fields
 from enum import Enum
 from functools import lru_cache
 from types import UnionType
@@ -97,7 +97,7 @@ class Value:
 def value(cls: _T) -> _T: ...
 @overload
 def value(*, stored_as: str) -> Callable[[_T], _T]: ...
-@dataclass_transform(frozen_default=True, eq_default=False)
+@dataclass_transform(frozen_default=True, eq_default=False, field_specifiers=(field, Field))
 def value(cls: Any = None, *, stored_as: str = "") -> Any:
     """Make ``cls`` (a subclass of :class:`Value`) a frozen value and register its name for files and digests.
 

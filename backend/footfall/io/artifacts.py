@@ -141,7 +141,6 @@ HOMES: dict[str, tuple[str, ...]] = {
         "Payload",
         "RobotDescription",
     ),
-    "footfall.robot.joint_layout": ("JointLayout",),
     "footfall.robot.legged.finding": (
         "Finding",
         "Grade",
@@ -178,6 +177,7 @@ HOMES: dict[str, tuple[str, ...]] = {
         "ImagePair",
         "Snapshot",
     ),
+    "footfall.telemetry.joint_layout": ("JointLayout",),
     "footfall.telemetry.link": (
         "AckMessage",
         "ClearStopMessage",

@@ -26,7 +26,8 @@ from footfall.core.errors import InvalidImages, InvalidInput, InvalidTelemetry
 from footfall.io.image_files import claimed_pixels
 from footfall.telemetry.fields import Fields, parse_object
 from footfall.telemetry.images import Camera, ImagePair, Snapshot
-from footfall.telemetry.link import MAX_BINARY_FRAME, camera_from, camera_object, state_from, state_object
+from footfall.telemetry.link import MAX_BINARY_FRAME
+from footfall.telemetry.link_state import camera_from, camera_object, state_from, state_object
 
 MAX_HEADER = 1 << 20
 """Longest header [bytes]."""

@@ -17,6 +17,7 @@ from footfall.core.frames import require_transform
 from footfall.core.mesh import Mesh
 from footfall.core.value import Value, value
 from footfall.telemetry.images import Camera
+from footfall.telemetry.joint_layout import JointLayout
 
 JOINTS = (
     ("hip_yaw", "z"),
@@ -40,6 +41,14 @@ def link_name(leg: int, part: str) -> str:
 def joint_name(leg: int, part: str) -> str:
     """Name of the joint that moves that link: ``leg2_knee_roll_joint``."""
     return f"leg{leg}_{part}_joint"
+
+
+def athlete_layout(leg_count: int) -> JointLayout:
+    """Legs and joints of a robot of ATHLETE's build."""
+    legs = range(leg_count)
+    return JointLayout(
+        tuple(f"leg{leg}" for leg in legs), tuple(tuple(joint_name(leg, part) for part, _ in JOINTS) for leg in legs)
+    )
 
 
 @value

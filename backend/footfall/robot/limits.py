@@ -8,6 +8,7 @@ import numpy as np
 from footfall.core.arrays import Array
 
 if TYPE_CHECKING:
+    from footfall.robot.legged.legged_robot import LeggedRobot
     from footfall.robot.model import Robot
 
 EVERY_JOINT = slice(None)
@@ -22,7 +23,7 @@ class PastLimit:
     excess: float
 
 
-def room_to_limits(robot: "Robot", angles: Array, own: slice = EVERY_JOINT) -> Array:
+def room_to_limits(robot: "Robot | LeggedRobot", angles: Array, own: slice = EVERY_JOINT) -> Array:
     """How far joints are from their nearer limits.
 
     Args:
@@ -36,7 +37,7 @@ def room_to_limits(robot: "Robot", angles: Array, own: slice = EVERY_JOINT) -> A
     return np.minimum(angles - robot.lower[own], robot.upper[own] - angles)
 
 
-def farthest_past(robot: "Robot", angles: Array, own: slice = EVERY_JOINT) -> PastLimit:
+def farthest_past(robot: "Robot | LeggedRobot", angles: Array, own: slice = EVERY_JOINT) -> PastLimit:
     """The joint that is farthest past a limit, or nearest to one.
 
     Args:

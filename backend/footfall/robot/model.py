@@ -12,7 +12,8 @@ import pinocchio as pin
 from numpy.typing import ArrayLike, NDArray
 
 from footfall.core.errors import InvalidInput, InvalidRobot, NotFound
-from footfall.robot.description import JOINTS, RobotDescription
+from footfall.robot.description import JOINTS, RobotDescription, athlete_layout
+from footfall.telemetry.joint_layout import JointLayout
 
 _JOINT_MODELS = {"x": pin.JointModelRX, "y": pin.JointModelRY, "z": pin.JointModelRZ}
 
@@ -65,6 +66,11 @@ class Robot:
     def joint_names(self) -> tuple[str, ...]:
         """Names of all joints, leg by leg from the hip to the foot."""
         return self.description.joint_names
+
+    @property
+    def layout(self) -> JointLayout:
+        """Its legs and joints by name."""
+        return athlete_layout(self.leg_count)
 
     def posture(self, name: str) -> NDArray[np.float64]:
         """Joint angles of a named posture, (legs × 6,) [rad]; raises NotFound naming those that exist."""

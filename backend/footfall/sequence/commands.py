@@ -11,8 +11,7 @@ from footfall.core.arrays import Array
 from footfall.core.errors import InvalidSequence
 from footfall.core.value import LATER, Provenance, Value, value
 from footfall.planning.motion import BODY, Motion
-from footfall.robot.description import JOINTS
-from footfall.robot.joint_layout import JointLayout, athlete_layout
+from footfall.robot.description import JOINTS, athlete_layout
 from footfall.telemetry.command_kinds import (
     LEG_LOWER,
     LEG_MOVE,
@@ -22,6 +21,7 @@ from footfall.telemetry.command_kinds import (
     CommandKind,
     kind_named,
 )
+from footfall.telemetry.joint_layout import JointLayout
 from footfall.telemetry.state import RobotState
 
 LEG_JOINTS = tuple(name for name, _ in JOINTS)

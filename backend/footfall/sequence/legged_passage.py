@@ -17,7 +17,6 @@ from footfall.robot.legged.legged_robot import LeggedRobot
 from footfall.robot.legged.posture import placed
 from footfall.sequence.commands import Command
 from footfall.sequence.passage import fitted
-from footfall.telemetry.command_kinds import CommandKind
 from footfall.terrain.dem import Dem
 
 FEWEST_FEET = 3
@@ -40,15 +39,6 @@ class LeggedPassage:
     feet: Feet
 
 
-def own_joints(robot: LeggedRobot, kind: CommandKind, leg: int | None) -> slice:
-    """Which joints of a posture a command moves; none for a leg that the robot does not have."""
-    if kind.moves_all:
-        return slice(0, len(robot.joint_names))
-    if kind.names_leg and leg is not None and leg in robot.legs:
-        return robot.slices[leg]
-    return slice(0, 0)
-
-
 def asked_for(robot: LeggedRobot, posture: Array, command: Command) -> Array:
     """The posture that a command asks for.
 
@@ -60,7 +50,7 @@ def asked_for(robot: LeggedRobot, posture: Array, command: Command) -> Array:
     Returns:
         (joints,) [rad or m]; unchanged where it moves nothing or is not well formed.
     """
-    own = own_joints(robot, command.kind, command.leg)
+    own = robot.layout.moved(command.kind, command.leg)
     joints = command.joints
     if joints is None or len(joints) != own.stop - own.start or not np.isfinite(joints).all():
         return posture
@@ -89,13 +79,8 @@ def legged_passages(
     stood, contacts, normals = (np.full((len(robot.legs), 3), np.nan) for _ in range(3))
 
     def put_down(legs: list[int]) -> None:
-        soles = apply(T, placed(robot, posture).soles)
-        for leg in legs:
-            x, y, z = (float(part) for part in soles[leg])
-            down = rest(dem, x, y, float(robot.radii[leg]))
-            on_ground = abs(z - down.center[2]) <= FEET_OFF
-            stood[leg] = soles[leg] if on_ground else np.nan
-            contacts[leg], normals[leg] = down.contact, down.normal
+        for leg, foot in zip(legs, landed(robot, dem, posture, T, legs), strict=True):
+            stood[leg], contacts[leg], normals[leg] = foot
 
     put_down(list(robot.legs))
     for command in commands:
@@ -107,6 +92,32 @@ def legged_passages(
         posture, T = after, T_after
         put_down([leg for leg in robot.legs if leg == command.leg or (command.kind.moves_all and leg not in down)])
     return rows
+
+
+def landed(
+    robot: LeggedRobot, dem: Dem, posture: Array, T_site_base: Array, legs: Sequence[int]
+) -> list[tuple[Array, Array, Array]]:
+    """Whether feet stand on the ground as the robot is.
+
+    Args:
+        robot: the robot.
+        dem: the ground, in site.
+        posture: now, (joints,) [rad or m].
+        T_site_base: pose of the chassis, (4, 4).
+        legs: numbers of the legs that are asked about.
+
+    Returns:
+        For each leg the centre of its sole, NaN where that is farther than FEET_OFF from the ground; contact and normal
+        of the ground under it; (3,) each, in site [m].
+    """
+    soles = apply(T_site_base, placed(robot, posture).soles)
+    found: list[tuple[Array, Array, Array]] = []
+    for leg in legs:
+        x, y, z = (float(part) for part in soles[leg])
+        down = rest(dem, x, y, float(robot.radii[leg]))
+        stands = abs(z - down.center[2]) <= FEET_OFF
+        found.append((soles[leg] if stands else np.full(3, np.nan), down.contact, down.normal))
+    return found
 
 
 def chassis_on(robot: LeggedRobot, posture: Array, stood: Array, down: Sequence[int], T: Array) -> Array:

@@ -21,7 +21,7 @@ from footfall.planning.legged.whole_check import UNITS
 from footfall.robot.legged.legged_robot import LeggedRobot
 from footfall.robot.legged.posture import placed
 from footfall.sequence.commands import Command, RuleResult
-from footfall.sequence.legged_passage import LeggedPassage, chassis_on, legged_passages, own_joints
+from footfall.sequence.legged_passage import LeggedPassage, chassis_on, legged_passages
 from footfall.sequence.predict import needed_duration
 from footfall.sequence.rules import SPEED_TOLERANCE
 from footfall.sequence.sampled import samples
@@ -95,7 +95,7 @@ def _row_rules(robot: LeggedRobot, row: int, command: Command, before: Array) ->
         return
     named = command.leg in robot.legs if kind.names_leg else command.leg is None
     yield result("leg-exists", named, f"leg {command.leg} of 0…{len(robot.legs) - 1}, None where it moves no leg alone")
-    own = own_joints(robot, kind, command.leg)
+    own = robot.layout.moved(kind, command.leg)
     count, wanted = 0 if joints is None else len(joints), own.stop - own.start
     yield result("own-joints", count == wanted, f"{count} joints of {wanted}")
     finite = bool(np.isfinite([*([] if joints is None else joints), command.duration]).all())

@@ -4,17 +4,23 @@ What a command asks of the set points, and what a rover objects to in it.
 """
 
 from abc import ABC, abstractmethod
-from typing import Protocol
+from typing import Generic, Protocol, TypeVar
 
 import numpy as np
 
 from footfall.core.arrays import Array
+from footfall.robot.description import JOINTS
+from footfall.robot.legged.legged_robot import LeggedRobot
 from footfall.robot.limits import farthest_past
 from footfall.robot.model import Robot
 from footfall.robot.tolerance import digits_apart
 from footfall.sequence.predict import needed_duration
-from footfall.telemetry.command_kinds import KINDS, UNKNOWN
+from footfall.telemetry.command_kinds import KINDS
+from footfall.telemetry.joint_layout import JointLayout
 from footfall.telemetry.link import AckMessage, CommandMessage
+
+TheRobot = TypeVar("TheRobot", Robot, LeggedRobot)
+"""Of ATHLETE's build, or one that others described."""
 
 
 class MotionUnderWay(Protocol):
@@ -26,7 +32,7 @@ class MotionUnderWay(Protocol):
     def share(self) -> float: ...
 
 
-class OrderedRover(ABC):
+class OrderedRover(ABC, Generic[TheRobot]):
     """The part of a simulated rover that is the same whatever moves it.
 
     It takes a command only when it stands idle, executes each command id at most once, and answers a repeated or asked
@@ -35,7 +41,7 @@ class OrderedRover(ABC):
     epoch: the newest that it has heard of since it was started; commands of older ones came too late.
     """
 
-    def __init__(self, robot: Robot) -> None:
+    def __init__(self, robot: TheRobot) -> None:
         self.robot = robot
         self.mode = "idle"
         self.epoch: int | None = None
@@ -56,6 +62,11 @@ class OrderedRover(ABC):
     @abstractmethod
     def _begin(self, command: CommandMessage) -> MotionUnderWay:
         """Set out on a command that nothing speaks against."""
+
+    @property
+    def described(self) -> JointLayout | None:
+        """Legs and joints by name, of a robot that others described; the ground knows those of ATHLETE's build."""
+        return self.robot.layout if isinstance(self.robot, LeggedRobot) else None
 
     @property
     def moving_leg(self) -> int | None:
@@ -146,46 +157,52 @@ class OrderedRover(ABC):
         return f"busy with command {self._motion.command.id}" if self._motion is not None else ""
 
 
-def objection(robot: Robot, command: CommandMessage) -> str:
+def objection(robot: Robot | LeggedRobot, command: CommandMessage) -> str:
     """Why the rover can't carry out a command whatever it is doing, or ""."""
     if not (np.isfinite(command.duration) and command.duration >= 0):
         return f"the duration is {command.duration} s; it must be finite and not negative"
-    kind = command.kind
-    if kind is UNKNOWN:
-        return f"{command.name!r} is no command of this rover; it knows {', '.join(KINDS)}"
+    kind, legs = command.kind, len(robot.layout.legs)
+    known = [one.name for one in KINDS.values() if not (isinstance(robot, LeggedRobot) and one.ends_by_force)]
+    if kind.name not in known:
+        return f"{command.name!r} is no command of this rover; it knows {', '.join(known)}"
     if not kind.ends_by_force and command.force is not None:
         return f"{kind.name} takes no force"
     if not kind.moves:
         return "" if command.leg is None and command.joints is None else f"{kind.name} takes no leg and no joints"
-    if kind.names_leg and (command.leg is None or not 0 <= command.leg < robot.leg_count):
-        return f"there is no leg {command.leg}; there are 0…{robot.leg_count - 1}"
+    if kind.names_leg and (command.leg is None or not 0 <= command.leg < legs):
+        return f"there is no leg {command.leg}; there are 0…{legs - 1}"
     if kind.moves_all and command.leg is not None:
         return f"{kind.name} moves all legs and takes no leg"
-    count = kind.joint_count(robot.leg_count)
+    moved = robot.layout.moved(kind, command.leg)
+    count = moved.stop - moved.start
     if command.joints is None or command.joints.shape != (count,) or not np.isfinite(command.joints).all():
-        return f"{kind.name} needs {'six' if count == 6 else count} finite joint angles"
+        return f"{kind.name} needs {'six' if count == len(JOINTS) else count} finite joint angles"
     if kind.ends_by_force and (command.force is None or not 0 < command.force < np.inf):
         return f"{kind.name} needs a force above zero that ends it, not {command.force} N"
-    return _beyond_limits(robot, command.joints, kind.joints_of(command.leg, robot.leg_count))
+    return _beyond_limits(robot, command.joints, moved)
 
 
-def _beyond_limits(robot: Robot, joints: Array, moved: slice) -> str:
+def _beyond_limits(robot: Robot | LeggedRobot, joints: Array, moved: slice) -> str:
     worst = farthest_past(robot, joints, moved)
     if worst.excess <= 0:
         return ""
-    leg, joint = divmod(worst.joint, 6)
     digits = digits_apart(worst.excess, 0.0, least=4)
+    if isinstance(robot, LeggedRobot):
+        unit = "m" if worst.name in robot.layout.sliding else "rad"
+        return f"joint {worst.name} would be {worst.excess:z.{digits}f} {unit} beyond its limits"
+    leg, joint = divmod(worst.joint, len(JOINTS))
     return f"joint {joint} of leg {leg} would be {worst.excess:z.{digits}f} rad beyond its limits"
 
 
-def ramp(robot: Robot, command: CommandMessage, present: Array) -> tuple[Array, float]:
-    """Set points at the end of a command, (legs × 6,) [rad], and the seconds until then from those of ``present``.
+def ramp(robot: Robot | LeggedRobot, command: CommandMessage, present: Array) -> tuple[Array, float]:
+    """Set points at the end of a command, (joints,) [rad or m], and the seconds until then from those of ``present``.
 
     The limits of the joints' speeds come before the duration that the command wishes.
     """
     target, duration = present.copy(), float(command.duration)
     if command.joints is not None:
-        moved = command.kind.joints_of(command.leg, robot.leg_count)
+        moved = robot.layout.moved(command.kind, command.leg)
+        speeds = robot.speeds if isinstance(robot, LeggedRobot) else robot.speed_limits
         target[moved] = command.joints
-        duration = max(duration, needed_duration(target[moved] - present[moved], robot.speed_limits[moved]))
+        duration = max(duration, needed_duration(target[moved] - present[moved], speeds[moved]))
     return target, duration

@@ -13,20 +13,20 @@ import signal
 import time
 from collections import deque
 from collections.abc import Mapping
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from pathlib import Path
 from types import MappingProxyType
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 from websockets.asyncio.client import ClientConnection, connect
 from websockets.exceptions import ConnectionClosed, WebSocketException
 from websockets.typing import Subprotocol
 
-from footfall.core.errors import FootFallError, InvalidTelemetry
-from footfall.io.robot_files import load_robot
+from footfall.core.errors import FootFallError, InvalidInput, InvalidTelemetry
 from footfall.io.terrain_files import read_terrain
 from footfall.planning.body.stand import stand
+from footfall.robot.legged.legged_robot import LeggedRobot
 from footfall.robot.model import Robot
 from footfall.sim.door import door_options
 from footfall.sim.imager import Imager
@@ -53,6 +53,11 @@ from footfall.telemetry.link import (
 )
 from footfall.telemetry.state import RobotState
 from footfall.terrain.dem import Dem
+
+if TYPE_CHECKING:
+    from footfall.sim.legged_rover import SimulatedLeggedRover
+
+    AnyRover = SimulatedRover | PhysicalRover | SimulatedLeggedRover
 
 log = logging.getLogger("footfall.sim")
 
@@ -90,23 +95,32 @@ def run_rover(
 
     url: of the server's rover link, ``ws://127.0.0.1:8080/api/v1/rover``. terrain: its world, a file or a Dem.
     seed: of the cameras' noise. start: where it stands, or exactly in which state (default: the origin).
-    physics: of a rover with masses and springs; None: a kinematic one, whose joints are where they are told to be.
+    physics: of a rover with masses and springs; None: a kinematic one, whose joints are where they are told to be. Of
+    robots that others described there are kinematic ones alone, without cameras.
     with_parent: end when the process that started this one is gone.
     certificate: see :func:`footfall.sim.door.door_options`, which also says where the token is from.
 
     Raises what loading the robot and the terrain and standing on it raise.
     """
+    # what reads URDFs takes a second to load, and only robots that have one need it
+    from footfall.io.any_robot import load_robot
+
     body = load_robot(robot)
     dem = terrain if isinstance(terrain, Dem) else read_terrain(terrain)
     state = start if isinstance(start, RobotState) else _standing(body, dem, start or Start())
-    imager = Imager(body, dem, seed)
+    imager = Imager(body, dem, seed) if isinstance(body, Robot) else None
     client = RoverClient(url, _rover(body, dem, state, physics), imager, door_options(url, certificate))
     asyncio.run(_run(client, imager, with_parent))
 
 
-def _rover(
-    robot: Robot, dem: Dem, state: RobotState, physics: PhysicsSettings | None
-) -> SimulatedRover | PhysicalRover:
+def _rover(robot: Robot | LeggedRobot, dem: Dem, state: RobotState, physics: PhysicsSettings | None) -> "AnyRover":
+    if isinstance(robot, LeggedRobot):
+        if physics is not None:
+            raise InvalidInput(f"{robot.name} has no masses and springs on the link: run it with --kinematic")
+        # a rover of ATHLETE is started anew with each session, and needs nothing that plans for other legs
+        from footfall.sim.legged_rover import SimulatedLeggedRover
+
+        return SimulatedLeggedRover(robot, dem, _now(state))
     if physics is None:
         return SimulatedRover(robot, dem, _now(state))
     rover = PhysicalRover(robot, dem, _now(state), physics)
@@ -120,24 +134,23 @@ def _rover(
     return rover
 
 
-def _standing(robot: Robot, dem: Dem, start: Start) -> RobotState:
+def _standing(robot: Robot | LeggedRobot, dem: Dem, start: Start) -> RobotState:
+    if isinstance(robot, LeggedRobot):
+        from footfall.planning.legged.measured import as_measured
+        from footfall.planning.legged.stance import all_standing
+        from footfall.planning.legged.stand import stand as stand_legged
+
+        at_ease = stand_legged(robot, dem, start.x, start.y, start.yaw)
+        return as_measured(robot, at_ease.q, at_ease.T_site_base, all_standing(at_ease))
     return stand(robot, dem, x=start.x, y=start.y, yaw=start.yaw, posture=start.posture)
 
 
 def _now(state: RobotState) -> RobotState:
     """The same state at the present time: a recorded one would begin in the past."""
-    return RobotState(
-        robot=state.robot,
-        time=time.time(),
-        posture=state.posture,
-        T_site_base=state.T_site_base,
-        wheel_forces=state.wheel_forces,
-        joint_torques=state.joint_torques,
-        mode="idle",
-    )
+    return replace(state, time=time.time(), mode="idle")
 
 
-async def _run(client: "RoverClient", imager: Imager, with_parent: bool) -> None:
+async def _run(client: "RoverClient", imager: Imager | None, with_parent: bool) -> None:
     ended = asyncio.Event()
     for number in (signal.SIGINT, signal.SIGTERM):
         with contextlib.suppress(NotImplementedError):
@@ -150,7 +163,8 @@ async def _run(client: "RoverClient", imager: Imager, with_parent: bool) -> None
         for task in done:
             task.result()
     finally:
-        imager.close()
+        if imager is not None:
+            imager.close()
         for task in tasks:
             task.cancel()
         await asyncio.gather(*tasks, return_exceptions=True)
@@ -167,8 +181,8 @@ class RoverClient:
     def __init__(
         self,
         url: str,
-        rover: SimulatedRover | PhysicalRover,
-        imager: Imager,
+        rover: "AnyRover",
+        imager: Imager | None,
         door: Mapping[str, Any] = MappingProxyType({}),
     ) -> None:
         self._url = url
@@ -223,7 +237,8 @@ class RoverClient:
         """Talk until the connection closes."""
         rover, greeting = self._rover, secrets.token_hex(8)
         rover.greets(greeting)
-        hello = HelloMessage(rover.robot.name, rover.robot.leg_count, id=greeting, epoch=rover.epoch)
+        legs, named = len(rover.robot.legs), rover.described
+        hello = HelloMessage(rover.robot.name, legs, id=greeting, epoch=rover.epoch, described=named)
         await socket.send(encode(hello))
         senders = [asyncio.create_task(self._send_telemetry(socket)), asyncio.create_task(self._send_rest(socket))]
         try:
@@ -264,7 +279,7 @@ class RoverClient:
             self._say(ErrorMessage("", "this rover takes text frames only"))
             return
         try:
-            message = decode(frame)
+            message = decode(frame, described=self._rover.described)
         except InvalidTelemetry as err:
             self._say(self._complaint(frame, err.message))
             return
@@ -312,14 +327,17 @@ class RoverClient:
         return ErrorMessage(message_id, reason)
 
     def _take_images(self, request: ImageRequestMessage) -> None:
+        if self._imager is None:
+            self._say(ErrorMessage(request.id, f"{self._rover.robot.name} has no cameras: its description names none"))
+            return
         if self._taking is not None and not self._taking.done():
             self._say(ErrorMessage(request.id, "the cameras are busy with another request"))
             return
-        self._taking = asyncio.create_task(self._images(request, self._rover.state()))
+        self._taking = asyncio.create_task(self._images(self._imager, request, self._rover.state()))
 
-    async def _images(self, request: ImageRequestMessage, state: RobotState) -> None:
+    async def _images(self, imager: Imager, request: ImageRequestMessage, state: RobotState) -> None:
         try:
-            self._say(await asyncio.to_thread(self._imager.take, request.id, state, request.pairs))
+            self._say(await asyncio.to_thread(imager.take, request.id, state, request.pairs))
         except FootFallError as err:
             self._say(ErrorMessage(request.id, err.message))
         except Exception as err:

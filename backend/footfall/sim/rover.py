@@ -48,7 +48,7 @@ class _Motion:
         return min(self.elapsed / self.duration, 1.0) if self.duration else 1.0
 
 
-class SimulatedRover(OrderedRover):
+class SimulatedRover(OrderedRover[Robot]):
     """One rover on one terrain, moved on by :meth:`step`. :meth:`stop` freezes the posture at once.
 
     robot, dem, state: what it is, where it stands, and how. Raises InvalidInput where they don't fit.

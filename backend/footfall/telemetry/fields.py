@@ -70,6 +70,10 @@ class Fields:
             raise InvalidTelemetry(f"{self._message}: {name} is missing", field=name)
         return self._left.pop(name)
 
+    def has(self, name: str) -> bool:
+        """Whether a field that may be left out is there and was not taken yet."""
+        return name in self._left
+
     def _null(self, name: str) -> bool:
         """Whether the field is there and null, which takes it."""
         null = self._left.get(name, 0) is None
@@ -183,14 +187,17 @@ class Fields:
         for one in got:
             self._collect(name, one, shape[1:], flat)
 
+    def texts(self, name: str, empty: bool = False, wanted: str = "a list of names") -> tuple[str, ...]:
+        """Takes a list of names, each of 1 to 64 characters, at least one unless it may be ``empty``."""
+        got = self._take(name)
+        named = isinstance(got, list) and all(isinstance(one, str) and 0 < len(one) <= 64 for one in got)
+        if not isinstance(got, list) or not named or not (got or empty):
+            raise self._refuse(name, wanted, got)
+        return tuple(got)
+
     def texts_or_null(self, name: str) -> tuple[str, ...] | None:
         """Takes a list of names, at least one, each of 1 to 64 characters, or null as None."""
-        got = self._take(name)
-        if got is None:
-            return None
-        if not isinstance(got, list) or not got or not all(isinstance(one, str) and 0 < len(one) <= 64 for one in got):
-            raise self._refuse(name, "null or a list of names", got)
-        return tuple(got)
+        return None if self._null(name) else self.texts(name, wanted="null or a list of names")
 
     def objects(self, name: str) -> list[dict[str, object]]:
         """Takes a list of objects, maybe empty, as they came: what is in them is for the caller to check."""

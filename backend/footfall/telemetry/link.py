@@ -1,21 +1,23 @@
 """The messages of the rover link as values, and their one JSON form. ``docs/rover-link.md`` tells the protocol.
 
 :func:`encode` and :func:`decode` are inverse; decoding is strict. Images travel as binary frames
-(:mod:`footfall.io.link_images`) whose header reuses :func:`state_object` and :func:`camera_object`.
+(:mod:`footfall.io.link_images`) whose header has the forms of :mod:`footfall.telemetry.link_state`.
 """
 
 import json
 from collections.abc import Mapping
+from dataclasses import field
 
 import numpy as np
 from numpy.typing import NDArray
 
 from footfall.core.errors import InvalidInput, InvalidTelemetry
-from footfall.core.value import SOFTWARE_VERSION, Value, value
+from footfall.core.value import LATER, SOFTWARE_VERSION, Value, value
 from footfall.telemetry.command_kinds import CommandKind, kind_named
 from footfall.telemetry.fields import Fields, parse_object
-from footfall.telemetry.images import Camera
-from footfall.telemetry.state import MODES, RobotState, TelemetryFrame
+from footfall.telemetry.joint_layout import JointLayout
+from footfall.telemetry.link_state import layout_from, layout_object, read_state, state_object
+from footfall.telemetry.state import TelemetryFrame
 
 PROTOCOL = 2
 SUBPROTOCOL = "footfall-rover-2"
@@ -36,6 +38,7 @@ class HelloMessage(Value):
     """First message of the rover: who it is. legs: how many it has.
 
     id: another one for each connection. epoch: the newest that it has heard, None since it was started.
+    described: legs and joints, by name, of a robot that others described; None: of ATHLETE's build.
     """
 
     robot: str
@@ -44,6 +47,7 @@ class HelloMessage(Value):
     software: str = SOFTWARE_VERSION
     id: str = "hello"
     epoch: int | None = None
+    described: JointLayout | None = field(default=None, metadata=LATER)
 
 
 @value
@@ -178,7 +182,7 @@ def encode(message: Message) -> str:
     return json.dumps(message_object(message), allow_nan=False)
 
 
-def decode(text: str | bytes, legs: int | None = None) -> Message:
+def decode(text: str | bytes, legs: int | None = None, described: JointLayout | None = None) -> Message:
     """A message from one text frame; see :func:`message_from`.
 
     Raises InvalidTelemetry saying what is wrong; its ``details["fault"]`` names the kind, one of
@@ -186,7 +190,7 @@ def decode(text: str | bytes, legs: int | None = None) -> Message:
     """
     if len(text) > MAX_TEXT_FRAME:
         raise InvalidTelemetry(f"a text frame has at most {MAX_TEXT_FRAME} bytes", bytes=len(text), fault="too-large")
-    return message_from(parse_object(text), legs)
+    return message_from(parse_object(text), legs, described)
 
 
 def kind_of(message: Message) -> str:
@@ -209,6 +213,8 @@ def message_object(message: Message) -> dict[str, object]:
                 "id": message.id,
                 "epoch": message.epoch,
             }
+            if message.described is not None:
+                body |= {"joints": layout_object(message.described)}
         case CommandMessage():
             body |= {
                 "id": message.id,
@@ -236,10 +242,11 @@ def message_object(message: Message) -> dict[str, object]:
     return body
 
 
-def message_from(body: Mapping[str, object], legs: int | None = None) -> Message:
+def message_from(body: Mapping[str, object], legs: int | None = None, described: JointLayout | None = None) -> Message:
     """Inverse of :func:`message_object`. legs: how many the rover has, where that is known.
 
-    Raises InvalidTelemetry for an unknown type, another protocol version, another number of legs,
+    described: its legs and joints, where it is not of ATHLETE's build: posture, torques and set points are then in the
+    order of these. Raises InvalidTelemetry for an unknown type, another protocol version, another number of legs,
     a missing, unknown or wrongly typed field, and numbers that are not finite.
     """
     fields = Fields(body, "message")
@@ -250,7 +257,7 @@ def message_from(body: Mapping[str, object], legs: int | None = None) -> Message
         raise
     fields = Fields({name: one for name, one in body.items() if name != "type"}, kind)
     try:
-        message = _read(kind, fields, legs)
+        message = _read(kind, fields, legs, described)
     except InvalidTelemetry:
         raise
     except InvalidInput as err:
@@ -259,7 +266,7 @@ def message_from(body: Mapping[str, object], legs: int | None = None) -> Message
     return message
 
 
-def _read(kind: str, fields: Fields, legs: int | None) -> Message:
+def _read(kind: str, fields: Fields, legs: int | None, described: JointLayout | None) -> Message:
     match kind:
         case "hello":
             return _hello(fields, legs)
@@ -267,18 +274,18 @@ def _read(kind: str, fields: Fields, legs: int | None) -> Message:
             return EpochMessage(fields.identifier(), fields.whole("epoch"))
         case "telemetry":
             number = fields.whole("number")
-            state, count = _state(fields, legs)
-            return TelemetryFrame(number, state, fields.array("commanded", (6 * count,)))
+            state = read_state(fields, legs, described)
+            return TelemetryFrame(number, state, fields.array("commanded", state.posture.shape))
         case "command":
             name = fields.text("name", longest=64)
-            of_all = kind_named(name).moves_all
+            leg = fields.whole_or_null("leg")
             return CommandMessage(
                 id=fields.identifier(),
                 sequence=fields.text("sequence", longest=64),
                 row=fields.whole("row"),
                 name=name,
-                leg=fields.whole_or_null("leg"),
-                joints=fields.angles_or_null("joints", legs) if of_all else fields.array_or_null("joints", (6,)),
+                leg=leg,
+                joints=_joints(fields, kind_named(name), leg, legs, described),
                 duration=fields.number("duration"),
                 force=fields.number_or_null("force"),
                 epoch=fields.whole("epoch"),
@@ -304,6 +311,15 @@ def _read(kind: str, fields: Fields, legs: int | None) -> Message:
             return ErrorMessage(fields.text("id", longest=64, empty=True), fields.text("text", empty=True))
 
 
+def _joints(
+    fields: Fields, kind: CommandKind, leg: int | None, legs: int | None, described: JointLayout | None
+) -> NDArray[np.float64] | None:
+    if described is None:
+        return fields.angles_or_null("joints", legs) if kind.moves_all else fields.array_or_null("joints", (6,))
+    own = described.moved(kind, leg)
+    return fields.array_or_null("joints", (own.stop - own.start,))
+
+
 def _hello(fields: Fields, legs: int | None) -> HelloMessage:
     protocol = fields.whole("protocol")
     if protocol != PROTOCOL:
@@ -320,81 +336,14 @@ def _hello(fields: Fields, legs: int | None) -> HelloMessage:
         software=fields.text("software", longest=64),
         id=fields.identifier(),
         epoch=fields.whole_or_null("epoch"),
+        described=layout_from(fields.inner("joints")) if fields.has("joints") else None,
     )
+    if hello.described is not None and len(hello.described.legs) != hello.legs:
+        raise InvalidTelemetry(
+            f"hello: legs is {hello.legs}, and joints names {len(hello.described.legs)}", fault="wrong-legs"
+        )
     if legs is not None and hello.legs != legs:
         raise InvalidTelemetry(
             f"hello: the rover has {hello.legs} legs, {legs} are expected", legs=hello.legs, fault="wrong-legs"
         )
     return hello
-
-
-def state_object(state: RobotState) -> dict[str, object]:
-    """JSON-ready form of a state: the fields of a telemetry message without number and commanded."""
-    return {
-        "robot": state.robot,
-        "time": state.time,
-        "posture": state.posture.tolist(),
-        "T_site_base": state.T_site_base.tolist(),
-        "wheel_forces": state.wheel_forces.tolist(),
-        "joint_torques": state.joint_torques.tolist(),
-        "mode": state.mode,
-    }
-
-
-def state_from(body: Mapping[str, object], legs: int | None = None) -> RobotState:
-    """Inverse of :func:`state_object`. Raises InvalidTelemetry."""
-    fields = Fields(body, "state")
-    try:
-        state, _ = _state(fields, legs)
-    except InvalidTelemetry:
-        raise
-    except InvalidInput as err:
-        raise InvalidTelemetry(f"state: {err.message}", **err.details) from err
-    fields.end()
-    return state
-
-
-def _state(fields: Fields, legs: int | None) -> tuple[RobotState, int]:
-    posture = fields.angles("posture", legs)
-    count = len(posture) // 6
-    state = RobotState(
-        robot=fields.text("robot", longest=64),
-        time=fields.number("time"),
-        posture=posture,
-        T_site_base=fields.array("T_site_base", (4, 4)),
-        wheel_forces=fields.array("wheel_forces", (count, 3)),
-        joint_torques=fields.array("joint_torques", (6 * count,)),
-        mode=fields.choice("mode", MODES),
-    )
-    return state, count
-
-
-def camera_object(camera: Camera) -> dict[str, object]:
-    """JSON-ready form of a camera model."""
-    return {
-        "name": camera.name,
-        "width": camera.width,
-        "height": camera.height,
-        "fx": camera.fx,
-        "fy": camera.fy,
-        "cx": camera.cx,
-        "cy": camera.cy,
-        "T_base_camera": camera.T_base_camera.tolist(),
-    }
-
-
-def camera_from(body: Mapping[str, object]) -> Camera:
-    """Inverse of :func:`camera_object`. Raises InvalidTelemetry, or InvalidImages for an impossible camera."""
-    fields = Fields(body, "camera")
-    camera = Camera(
-        name=fields.text("name", longest=64),
-        width=fields.whole("width", least=1),
-        height=fields.whole("height", least=1),
-        fx=fields.number("fx"),
-        fy=fields.number("fy"),
-        cx=fields.number("cx"),
-        cy=fields.number("cy"),
-        T_base_camera=fields.array("T_base_camera", (4, 4)),
-    )
-    fields.end()
-    return camera

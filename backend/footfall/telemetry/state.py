@@ -1,11 +1,14 @@
 """What the rover says of itself: one telemetry frame, and the state that planning starts from."""
 
+from dataclasses import field
+
 import numpy as np
 from numpy.typing import NDArray
 
 from footfall.core.errors import InvalidTelemetry
 from footfall.core.frames import require_transform
-from footfall.core.value import Value, value
+from footfall.core.value import LATER, Value, value
+from footfall.telemetry.joint_layout import JointLayout
 
 MODES = ("idle", "moving", "stopped", "fault")
 MOST_MISSING = 864_000
@@ -20,9 +23,11 @@ class RobotState(Value):
     time: rover clock, seconds since 1970-01-01 UTC.
     posture: measured joint angles, (legs × 6,) [rad], leg by leg.
     T_site_base: pose of the chassis, (4, 4).
-    wheel_forces: force of the ground on each wheel, site frame, (legs, 3) [N].
+    wheel_forces: force of the ground on each wheel, or foot, site frame, (legs, 3) [N].
     joint_torques: measured joint torques, (legs × 6,) [N·m].
     mode: one of MODES.
+    described: legs and joints, by name, of a robot that others described: posture and joint_torques are (joints,) in
+    that order, [m] and [N] of those that slide. None: of ATHLETE's build.
     """
 
     robot: str
@@ -32,16 +37,20 @@ class RobotState(Value):
     wheel_forces: NDArray[np.float64]
     joint_torques: NDArray[np.float64]
     mode: str
+    described: JointLayout | None = field(default=None, kw_only=True, metadata=LATER)
 
     def check(self) -> None:
         """Raises InvalidTelemetry for arrays of other shapes, numbers that are not finite, and an unknown mode."""
         n = self.posture.shape[0] if self.posture.ndim == 1 else -1
-        if n <= 0 or n % 6 or not np.isfinite(self.posture).all():
+        if self.described is not None:
+            if n != len(self.described.joint_names) or not np.isfinite(self.posture).all():
+                raise InvalidTelemetry(f"posture needs {len(self.described.joint_names)} finite numbers", posture=n)
+        elif n <= 0 or n % 6 or not np.isfinite(self.posture).all():
             raise InvalidTelemetry("posture needs six finite joint angles [rad] for each leg", posture=n)
         if self.joint_torques.shape != (n,) or not np.isfinite(self.joint_torques).all():
             raise InvalidTelemetry(f"joint_torques needs {n} finite numbers [N·m]")
-        if self.wheel_forces.shape != (n // 6, 3) or not np.isfinite(self.wheel_forces).all():
-            raise InvalidTelemetry(f"wheel_forces needs {n // 6} × 3 finite numbers [N]")
+        if self.wheel_forces.shape != (self.leg_count, 3) or not np.isfinite(self.wheel_forces).all():
+            raise InvalidTelemetry(f"wheel_forces needs {self.leg_count} × 3 finite numbers [N]")
         if not np.isfinite(self.time):
             raise InvalidTelemetry("time needs a finite number of seconds")
         if self.mode not in MODES:
@@ -50,12 +59,13 @@ class RobotState(Value):
 
     @property
     def leg_count(self) -> int:
-        """How many legs the rover has: six joints are one leg."""
-        return len(self.posture) // 6
+        """How many legs the rover has: six joints are one leg, unless its joints are named."""
+        return len(self.posture) // 6 if self.described is None else len(self.described.legs)
 
     def leg(self, leg: int) -> NDArray[np.float64]:
-        """Joint angles of one leg, (6,) [rad]."""
-        return self.posture[6 * leg : 6 * leg + 6]
+        """Joint angles of one leg, (6,) [rad], or as many as it has."""
+        own = slice(6 * leg, 6 * leg + 6) if self.described is None else self.described.slices[leg]
+        return self.posture[own]
 
 
 @value

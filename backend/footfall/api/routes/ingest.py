@@ -43,8 +43,25 @@ def _numbers(count: int | None = None) -> dict[str, object]:
     return {"type": "array", "items": {"type": "number"}, **size}
 
 
-def _object(fields: Mapping[str, object]) -> dict[str, object]:
-    return {"type": "object", "required": list(fields), "properties": fields, "additionalProperties": False}
+def _texts() -> dict[str, object]:
+    return {"type": "array", "items": {"type": "string"}}
+
+
+def _object(fields: Mapping[str, object], optional: tuple[str, ...] = ()) -> dict[str, object]:
+    required = [name for name in fields if name not in optional]
+    return {"type": "object", "required": required, "properties": fields, "additionalProperties": False}
+
+
+_JOINTS = {
+    **_object(
+        {
+            "legs": _texts(),
+            "of_leg": {"type": "object", "additionalProperties": _texts()},
+            "sliding": _texts(),
+        }
+    ),
+    "description": "names of legs and joints, of a robot that others described alone",
+}
 
 
 _FRAME = _object(
@@ -67,8 +84,10 @@ _BODY = _object(
         "robot": {"type": "string", "minLength": 1, "maxLength": 64},
         "legs": {"type": "integer", "minimum": 1},
         "software": {"type": "string", "minLength": 1, "maxLength": 64},
+        "joints": _JOINTS,
         "frames": {"type": "array", "items": _FRAME, "minItems": 1, "maxItems": MOST_FRAMES},
-    }
+    },
+    optional=("joints",),
 )
 
 

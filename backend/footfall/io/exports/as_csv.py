@@ -9,9 +9,9 @@ import csv
 import io
 import re
 
-from footfall.robot.joint_layout import JointLayout
 from footfall.sequence.commands import LEG_JOINTS, Command, Sequence, by_leg
 from footfall.telemetry.command_kinds import DURATION, FORCE, LEG_ANGLES
+from footfall.telemetry.joint_layout import JointLayout
 
 ANGLES = tuple(f"{joint}_{LEG_ANGLES.unit}" for joint in LEG_JOINTS)
 COLUMNS = ("sequence", "robot", "row", "name", "leg", "phase", DURATION.column, *ANGLES)

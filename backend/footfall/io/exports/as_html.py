@@ -11,9 +11,9 @@ import numpy as np
 
 from footfall.io.exports.sheet_drawing import heading, moving_legs, side_view, top_view
 from footfall.io.robot_files import load_robot, robot_names
-from footfall.robot.joint_layout import JointLayout
 from footfall.robot.model import Robot
 from footfall.sequence.commands import LEG_JOINTS, Command, Sequence, by_leg
+from footfall.telemetry.joint_layout import JointLayout
 
 _STYLE = """\
 @page { size: A4; margin: 12mm }

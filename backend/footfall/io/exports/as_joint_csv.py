@@ -8,9 +8,9 @@ import csv
 import io
 
 from footfall.io.exports.as_csv import harmless
-from footfall.robot.joint_layout import JointLayout
 from footfall.sequence.commands import Sequence, by_leg
 from footfall.telemetry.command_kinds import DURATION
+from footfall.telemetry.joint_layout import JointLayout
 
 FIRST = ("sequence", "robot", "row", "name", "leg", "phase", DURATION.column)
 

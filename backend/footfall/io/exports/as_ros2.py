@@ -28,8 +28,9 @@ from mcap.writer import CompressionType, Writer
 from footfall.core.errors import InvalidSequence
 from footfall.io.exports import as_json
 from footfall.io.ros2_messages import DEFINITIONS, FLOAT, LONGEST, NS, TRAJECTORY, number, trajectory
-from footfall.robot.joint_layout import JointLayout, athlete_layout
+from footfall.robot.description import athlete_layout
 from footfall.sequence.commands import LEG_JOINTS, Command, Sequence, by_leg
+from footfall.telemetry.joint_layout import JointLayout
 
 ATTACHMENT = "sequence.json"
 

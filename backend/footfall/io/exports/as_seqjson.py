@@ -8,9 +8,9 @@ import json
 from typing import Any
 
 from footfall.io.exports.as_json import described
-from footfall.robot.joint_layout import JointLayout
 from footfall.sequence.commands import LEG_JOINTS, Command, Sequence
 from footfall.telemetry.command_kinds import ALL_ANGLES, LEG_ANGLES, CommandKind
+from footfall.telemetry.joint_layout import JointLayout
 
 
 def encode(sequence: Sequence, first_row: int = 1) -> bytes:

@@ -10,9 +10,9 @@ from footfall.io.exports.as_csv import as_written
 from footfall.io.exports.as_joint_csv import FIRST, columns
 from footfall.io.imports.from_csv import Line, lines_of
 from footfall.io.imports.parsed import ParsedSequence, command, decimal
-from footfall.robot.joint_layout import JointLayout
 from footfall.sequence.commands import Command
 from footfall.telemetry.command_kinds import DURATION, kind_named
+from footfall.telemetry.joint_layout import JointLayout
 
 
 def decode(data: bytes, layout: JointLayout) -> ParsedSequence:

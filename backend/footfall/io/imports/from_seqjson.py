@@ -21,7 +21,6 @@ from footfall.io.imports.parsed import (
     text_of,
     whole,
 )
-from footfall.robot.joint_layout import JointLayout
 from footfall.sequence.commands import Command
 from footfall.telemetry.command_kinds import (
     ALL_ANGLES,
@@ -32,6 +31,7 @@ from footfall.telemetry.command_kinds import (
     LEG_ANGLES,
     CommandKind,
 )
+from footfall.telemetry.joint_layout import JointLayout
 
 _NOT_CARRIED_OUT = ("parameters", "locals", "immediate_commands", "hardware_commands", "requests")
 _DOCUMENT = ("id", "metadata", "steps")

@@ -11,7 +11,6 @@ from footfall.core.arrays import Array
 from footfall.core.errors import InvalidSequence
 from footfall.core.misread import Unreadable, place_of
 from footfall.core.strict_json import read_json
-from footfall.robot.joint_layout import JointLayout
 from footfall.sequence.commands import Command
 from footfall.telemetry.command_kinds import (
     ALL_ANGLES,
@@ -22,6 +21,7 @@ from footfall.telemetry.command_kinds import (
     LEG_ANGLES,
     CommandKind,
 )
+from footfall.telemetry.joint_layout import JointLayout
 
 
 @dataclass(frozen=True)

@@ -16,12 +16,12 @@ from footfall.core.errors import InvalidInput, InvalidRobot, NotFound
 from footfall.core.frames import apply, inverse
 from footfall.core.mesh import Mesh
 from footfall.core.value import digest
-from footfall.robot.joint_layout import JointLayout
 from footfall.robot.legged.groups import part_lengths
 from footfall.robot.legged.legged_model import LegChain, LeggedModel
 from footfall.robot.legged.tree import TreeJoint, TreeLink
 from footfall.robot.limb.by_structure import solver_of
 from footfall.robot.limb.limb import limb_of
+from footfall.telemetry.joint_layout import JointLayout
 
 CLEARANCE_SHARE = 0.02
 """Clearances where nobody says otherwise, as a share of the longest leg."""

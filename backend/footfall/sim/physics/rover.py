@@ -46,7 +46,7 @@ class _Motion:
         return min(1.0, self.done / self.ticks) if self.ticks else 1.0
 
 
-class PhysicalRover(OrderedRover):
+class PhysicalRover(OrderedRover[Robot]):
     """One rover on one terrain, moved on by :meth:`step` in steps of TIME_STEP; what is left over waits for the next.
 
     :meth:`stop` freezes the set points at once; the joints come to rest within half a second. A command is done when

@@ -7,7 +7,7 @@ from numpy.typing import NDArray
 
 from footfall.core.errors import InvalidRobot
 from footfall.core.value import Value, value
-from footfall.robot.description import JOINTS, joint_name
+from footfall.telemetry.command_kinds import CommandKind
 
 
 @value
@@ -39,14 +39,17 @@ class JointLayout(Value):
         """Where the joints of each leg are in a posture."""
         return tuple(slice(a, b) for a, b in pairwise(accumulate(map(len, self.joints), initial=0)))
 
+    def moved(self, kind: CommandKind, leg: int | None) -> slice:
+        """Which joints of a posture a command of that kind moves.
+
+        leg: the one that it names; nothing is moved by a command of a leg that there is not.
+        """
+        if kind.moves_all:
+            return slice(0, len(self.joint_names))
+        if kind.names_leg and leg is not None and 0 <= leg < len(self.legs):
+            return self.slices[leg]
+        return slice(0, 0)
+
     def by_leg(self, posture: NDArray[np.float64]) -> list[tuple[int, NDArray[np.float64]]]:
         """The legs, each with its joints of a posture (joints,)."""
         return [(leg, posture[own]) for leg, own in enumerate(self.slices)]
-
-
-def athlete_layout(leg_count: int) -> JointLayout:
-    """Legs and joints of a robot of ATHLETE's build."""
-    legs = range(leg_count)
-    return JointLayout(
-        tuple(f"leg{leg}" for leg in legs), tuple(tuple(joint_name(leg, part) for part, _ in JOINTS) for leg in legs)
-    )
