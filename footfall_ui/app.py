@@ -25,6 +25,7 @@ from footfall.core.errors import InvalidInput, NotFound
 from footfall.io.policies import read_policy
 from footfall.io.sign_on_file import read_sign_on
 from footfall.resources import static_folder
+from footfall.robot.legged.legged_robot import LeggedRobot
 from footfall.session.access.account_stores import account_store, has_accounts, keep_to_owner
 from footfall.session.access.accounts import Accounts
 from footfall.session.reading import ReadingProcess
@@ -32,6 +33,7 @@ from footfall.session.registry import Sessions
 from footfall.session.rover.light_time import LightTime
 from footfall.session.rover.recorded import recorded
 from footfall.telemetry.link import PATH
+from footfall.terrain.dem import Dem
 from footfall_ui.listening import Tls, address_of, allow_many_files, front_of, listen, require_safe
 from footfall_ui.pools import pool_of
 from footfall_ui.proxy import SceneProxy
@@ -212,6 +214,7 @@ def serve(
     workers: int = 2,
     worker_beside: bool = True,
     policy: Path | None = None,
+    described: tuple[LeggedRobot, Dem] | None = None,
 ) -> None:
     """Serve until SIGINT or SIGTERM, then end every process that was started.
 
@@ -224,6 +227,7 @@ def serve(
     light_time: delay made on the way to and from the rover. foxglove: port of a live Foxglove WebSocket; None: none.
     workers: how many jobs at a time on this machine; worker_beside: where jobs go through a database, whether this
     machine takes some. policy: file of a learned table that walks in a closed loop may choose gaits by.
+    described: a robot that others described, and its ground, which a new session is to be about.
 
     Raises InvalidInput, NotFound and Conflict before anything is started.
     """
@@ -250,7 +254,10 @@ def serve(
         sessions = stack.enter_context(
             Sessions(folder, jobs, light_time=light_time, read=reading, read_recordings=recordings, policy=table)
         )
-        if session is not None:
+        if described is not None:
+            robot, dem = described
+            sessions.create(robot.name, robot).terrains.load(dem, dem.name)
+        elif session is not None:
             sessions.open(session)
         elif sample is not None:
             sessions.open_sample(sample)

@@ -82,6 +82,9 @@ class FoxgloveServer:
 
     def _advertise(self, live: LiveSession) -> None:
         """At once, not with the first message: a viewer that subscribes in the same moment would not be heard."""
+        if live.described is not None:
+            _log.warning("%s is not shown in Foxglove: only ATHLETE's legs are", live.state.robot_name)
+            return
         about = live.description
         for topic, kind in topics(len(about.legs), tuple(camera.name for camera in about.cameras)).items():
             self._channel(topic, kind)
@@ -116,7 +119,7 @@ class FoxgloveServer:
 def _written(live: LiveSession, item: Item) -> list[Written]:
     match item:
         case TelemetryFrame():
-            return of_frame(item, live.description.joint_names)
+            return [] if live.described is not None else of_frame(item, live.description.joint_names)
         case Snapshot():
             return of_images(item)
         case (topic, body):

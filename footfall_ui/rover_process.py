@@ -129,6 +129,13 @@ class RoverProcess:
         live = self._sessions.current
         if live is None:
             return
+        if live.described is not None and live.state.dem is None:
+            # without cameras it will never see the ground, and no made one is known to suit its size
+            if live.id != self._session:
+                self._session = self._world = None
+                self._stop()
+            self.fault = f"{live.described.name} is simulated when a terrain is loaded: it has no cameras to see one"
+            return
         world = self._world if live.id == self._session and self._world else loaded_world(live)
         if live.id != self._session:
             self._session, self._world = live.id, world
@@ -154,8 +161,12 @@ class RoverProcess:
         dem = None if digest is None else live.get(digest)
         write_terrain(dem if isinstance(dem, Dem) else rock_field(seed=self._seed), folder / "world.npz")
         command = [sys.executable, "-m", "footfall.sim", "--with-parent", "--seed", str(self._seed)]
-        command += ["--url", self._url, "--terrain", str(folder / "world.npz"), "--robot", live.robot.name]
-        if self._physics:
+        command += ["--url", self._url, "--terrain", str(folder / "world.npz"), "--robot", live.state.robot_name]
+        if live.described is not None:
+            # kinematic: on the link such robots have no masses and springs
+            (folder / "robot.npz").write_bytes(encode(live.described))
+            command += ["--described", str(folder / "robot.npz")]
+        elif self._physics:
             command.append("--physics")
         if self._certificate is not None:
             command += ["--certificate", str(self._certificate)]

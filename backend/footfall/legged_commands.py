@@ -23,22 +23,28 @@ if TYPE_CHECKING:
     from footfall.robot.legged.legged_robot import LeggedRobot
     from footfall.sim.physics.legged_verdict import LeggedReport
     from footfall.sim.physics.physics_settings import PhysicsSettings
+    from footfall.terrain.dem import Dem
 
 SERVED = "athlete"
 
 
-def require_served(robot: str) -> None:
-    """Raises InvalidInput, saying what works instead, for any robot but the one that sessions are of."""
-    from footfall.io.any_robot import is_legged
-    from footfall.io.robot_files import WORKS_WITH_OWN
+def served_robot(robot: str, terrain: Path | None) -> "tuple[LeggedRobot, Dem] | None":
+    """A robot that others described, and its ground, which a new session is to be about; None: none was asked for.
+
+    Raises InvalidInput for one without a terrain, or the other way round, and for another robot of ATHLETE's build.
+    """
+    from footfall.io.any_robot import is_legged, load_legged
+    from footfall.io.terrain_files import read_terrain
 
     if is_legged(robot):
-        raise InvalidInput(
-            f"the page and its sessions take ATHLETE's legs alone, not {Path(robot).name}; "
-            f"with such a robot work {WORKS_WITH_OWN}"
-        )
+        if terrain is None:
+            raise InvalidInput(f"{Path(robot).name} has no cameras to see the ground: give it one with --terrain")
+        return load_legged(robot), read_terrain(terrain)
     if robot != SERVED:
         raise InvalidInput(f"a server has the robot of its session, not {robot}; leave out --robot")
+    if terrain is not None:
+        raise InvalidInput("--terrain goes with --robot; sessions of ATHLETE load their ground in the page")
+    return None
 
 
 def plan_legged_walk(

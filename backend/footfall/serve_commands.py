@@ -7,7 +7,8 @@ from typing import Annotated
 import typer
 
 from footfall.core.collector import none_while_loading
-from footfall.legged_commands import SERVED, require_served
+from footfall.core.errors import InvalidInput
+from footfall.legged_commands import SERVED, served_robot
 from footfall.session_commands import DEFAULT_DATA, Data
 from footfall.terminal import RobotName
 
@@ -71,9 +72,14 @@ def serve(
         ),
     ] = None,
     robot: RobotName = SERVED,
+    terrain: Annotated[
+        Path | None, typer.Option(help="Ground of a robot of your own: a new session is about both.")
+    ] = None,
 ) -> None:
     """Serve the operator's page, the REST interface and a simulated rover until Ctrl-C."""
-    require_served(robot)
+    if session is not None and robot != SERVED:
+        raise InvalidInput("a session has its own robot: leave out --session or --robot")
+    described = served_robot(robot, terrain)
     with none_while_loading():
         from footfall.logs import start_logging
         from footfall.session.rover.light_time import LightTime
@@ -89,6 +95,8 @@ def serve(
     def ready(url: str) -> None:
         # at once, also into a pipe: scripts wait for this line
         typer.echo(f"FootFall answers on {url}")
+        if described is not None:
+            typer.echo(f"{described[0].name} is driven over the REST interface: the page does not show such robots yet")
         if foxglove:
             from footfall.session.access.account_stores import has_accounts
 
@@ -115,6 +123,7 @@ def serve(
         workers=workers,
         worker_beside=worker_beside,
         policy=policy,
+        described=described,
     )
 
 

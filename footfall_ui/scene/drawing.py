@@ -185,7 +185,10 @@ class Scene:
                 copy.remove()
         for drawing in (self._support, self._forces, self._collision, self._failing):
             drawing.hide()
-        self._robot = live.robot
+        self._robot = None if live.described is not None else live.robot
+        if self._robot is None:
+            self._rover, self._torques, self._cameras, self._drawn = None, None, None, live
+            return
         self._look_along(live.choices.view.leg)
         self._looking.forget(live.choices.view.looks)
         self._rover = RobotDrawing(self._server, self._robot)
@@ -238,10 +241,7 @@ class Scene:
     def _draw_cameras(self, live: LiveSession) -> None:
         if self._cameras is None:
             return
-        if live.choices.view.shown.cameras:
-            self._cameras.show()
-        else:
-            self._cameras.hide()
+        (self._cameras.show if live.choices.view.shown.cameras else self._cameras.hide)()
 
     def _draw_predicted(self, live: LiveSession) -> None:
         row, run, frame = row_under_way(live.state), live.state.run, live.rover.frame

@@ -120,7 +120,6 @@ LEVEL = "level.tif"
 @pytest.mark.parametrize(
     "asked",
     [
-        ("serve",),
         ("plan", "step", LEVEL, "--leg", 0, "--target", 0.1, 0.1),
         ("plan", "route", LEVEL, "--goal", 1, 0),
         ("plan", "gait", LEVEL, "--goal", 1, 0),
@@ -136,6 +135,15 @@ def test_what_takes_no_robot_of_your_own_names_what_does(described, asked):
 def test_a_simulated_robot_of_your_own_is_kinematic(described):
     said = run("sim", described / LEVEL, "--robot", described / "robot.toml", "--physics", code=2).stderr
     assert "ring has no masses and springs on the link: run it with --kinematic" in said
+
+
+def test_a_server_asks_for_the_ground_of_a_robot_of_your_own(described):
+    said = run("serve", "--robot", described / "robot.toml", code=2).stderr
+    assert "robot.toml has no cameras to see the ground: give it one with --terrain" in said
+    level = described / LEVEL
+    assert "--terrain goes with --robot" in run("serve", "--terrain", level, code=2).stderr
+    both = ("--robot", described / "robot.toml", "--terrain", level, "--session", "x")
+    assert "a session has its own robot: leave out --session or --robot" in run("serve", *both, code=2).stderr
 
 
 def test_a_server_has_the_robot_of_its_session(described):

@@ -10,6 +10,7 @@ from typing import Any
 
 from pydantic import BaseModel
 
+from footfall.api.bodies.described_schemas import DescribedStepOrder, DescribedWalkOrder
 from footfall.api.bodies.execution_schemas import HeldMoveOrder
 from footfall.api.bodies.route_schemas import RouteOrder
 from footfall.api.bodies.schemas import BodyMoveOrder, ShiftOrder
@@ -23,6 +24,7 @@ from footfall.planning.body.find_problem import FindShiftSettings, ShiftResult
 from footfall.planning.body.move import BodyMoveResult, BodyMoveSettings
 from footfall.planning.execution.problem import BodyExecutionResult
 from footfall.planning.gait.problem import GaitResult, GaitSettings
+from footfall.planning.legged.problem import LeggedResult, LeggedSettings
 from footfall.planning.route.problem import RouteResult, RouteSettings
 from footfall.planning.walk.problem import WalkGoal, WalkResult, WalkSettings
 from footfall.session.access.identity import Role
@@ -101,6 +103,16 @@ def _plan_route(live: LiveSession, order: RouteOrder) -> Job:
     return live.stances.ask(kinds.ROUTE, RouteRequest((order.goal.x, order.goal.y), settings))
 
 
+def _plan_described_step(live: LiveSession, order: DescribedStepOrder) -> Job:
+    target = None if order.target is None else (order.target[0], order.target[1])
+    return live.described_plans.step(order.leg, target, settings_value(LeggedSettings, order.settings))
+
+
+def _plan_described_walk(live: LiveSession, order: DescribedWalkOrder) -> Job:
+    goal = WalkGoal(**order.goal.model_dump())
+    return live.described_plans.walk(goal, settings_value(LeggedSettings, order.settings))
+
+
 SERVED: dict[Kind, Served] = {
     kinds.TERRAIN: Served(f"POST {_SESSION}/terrains", "terrains"),
     kinds.PHOTOGRAPHS: Served(f"POST {_SESSION}/terrains/photographs", "terrains"),
@@ -164,6 +176,25 @@ SERVED: dict[Kind, Served] = {
         order=RouteOrder,
         answer=RouteResult,
         ask=_plan_route,
+    ),
+    kinds.DESCRIBED_MAPS: Served(f"POST {_SESSION}/maps", "maps"),
+    kinds.DESCRIBED_STEP: Asked(
+        folder="described-steps",
+        tag="plans",
+        verb="plan",
+        text="A checked step of a robot that others described, as a job. Its result tells a refusal, too.",
+        order=DescribedStepOrder,
+        answer=LeggedResult,
+        ask=_plan_described_step,
+    ),
+    kinds.DESCRIBED_WALK: Asked(
+        folder="described-walks",
+        tag="plans",
+        verb="plan",
+        text="A checked walk of a robot that others described, as a job. Its result tells a refusal, too.",
+        order=DescribedWalkOrder,
+        answer=LeggedResult,
+        ask=_plan_described_walk,
     ),
     kinds.FOOT_MOVES: Served(f"POST {_SESSION}/walks/{{digest}}/sequence"),
     kinds.SEQUENCE: Served(f"POST {_SESSION}/sequences"),

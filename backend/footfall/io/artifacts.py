@@ -146,6 +146,7 @@ HOMES: dict[str, tuple[str, ...]] = {
         "Grade",
     ),
     "footfall.robot.legged.legged_model": (
+        "DescribedRobot",
         "LegChain",
         "LeggedModel",
         "Sole",

@@ -74,9 +74,7 @@ class Commands:
         """
         digest = self._sequences.named(sequence_digest)
         sequence = self._core.typed(Sequence, digest)
-        return self._rover.commanding.arm(
-            digest, sequence, self._facts(digest), self._core.description.joint_names, who
-        )
+        return self._rover.commanding.arm(digest, sequence, self._facts(digest), self._core.layout.joint_names, who)
 
     def send(
         self, token: str, expected: str | None = None, who: Identity = LOCAL, step_by_step: bool = False
@@ -94,7 +92,7 @@ class Commands:
                 armed=digest,
                 asked=expected,
             )
-        sequence, names = self._core.typed(Sequence, digest), self._core.description.joint_names
+        sequence, names = self._core.typed(Sequence, digest), self._core.layout.joint_names
 
         def facts() -> Facts:
             return self._facts(digest)
@@ -180,7 +178,7 @@ class Commands:
 
     def _go_on(self, who: Identity, going: bool) -> None:
         run = self._rover.commanding.gate.steer(who)
-        self._rover.commanding.go_on(who, self._facts(run.digest), self._core.description.joint_names, going)
+        self._rover.commanding.go_on(who, self._facts(run.digest), self._core.layout.joint_names, going)
 
     def _facts(self, sequence: str) -> Facts:
         link, dem = self._rover.link, self._core.state.dem
@@ -188,12 +186,15 @@ class Commands:
         ground, weight = self._sequences.planned_on(sequence), self._weight(sequence)
         frame = self._rover.frame
         on_map = None if frame is None else self._fits.place_on_map(frame.state)
-        return Facts(link.connected, frame, link.age, dem, ground, weight, done, self._core.robot, on_map)
+        robot = None if self._core.described is not None else self._core.robot
+        return Facts(link.connected, frame, link.age, dem, ground, weight, done, robot, on_map)
 
     def _weight(self, sequence: str) -> float:
         """Weight of rover and payload that a sequence was planned with [N]; of a rigid step, that of its robot."""
         from footfall.balance.payload import loaded
 
+        if self._core.described is not None:
+            return self._core.any_robot.mass * BalanceSettings().gravity
         executed, behind = self._executions.executed_with(sequence), self._core.state.plan_behind(sequence)
         balance = BalanceSettings()
         if executed is not None:

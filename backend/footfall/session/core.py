@@ -5,6 +5,7 @@ from typing import TYPE_CHECKING, Any, TypeVar
 
 from footfall.core.errors import Conflict, InvalidInput, InvalidTelemetry
 from footfall.core.value import Value
+from footfall.session.described_robots import athletes_alone
 from footfall.session.folded_log import FoldedLog
 from footfall.session.jobs.job import Job
 from footfall.session.jobs.pool import JobPool
@@ -20,7 +21,10 @@ from footfall.telemetry.state import RobotState
 
 if TYPE_CHECKING:
     from footfall.robot.description import RobotDescription
+    from footfall.robot.legged.legged_model import DescribedRobot
+    from footfall.robot.legged.legged_robot import LeggedRobot
     from footfall.robot.model import Robot
+    from footfall.telemetry.joint_layout import JointLayout
 
 
 _V = TypeVar("_V", bound=Value)
@@ -32,6 +36,8 @@ class SessionCore:
     Listeners are called in the order of what happened with the session's lock held: they put the message
     into a queue of their own and return.
     """
+
+    _layout: "JointLayout | None" = None
 
     def __init__(self, store: SessionStore, jobs: JobPool) -> None:
         self.store = store
@@ -64,15 +70,42 @@ class SessionCore:
 
     @property
     def description(self) -> "RobotDescription":
-        """The robot description that the session was made with."""
+        """The description that the session was made with, of a robot of ATHLETE's build; else raises InvalidInput."""
         from footfall.robot.description import RobotDescription
 
+        self.require_athletes_build()
         return self.typed(RobotDescription, self.robot_digest)
+
+    def require_athletes_build(self) -> None:
+        """Raises InvalidInput where the session's robot is one that others described."""
+        if (other := self.described) is not None:
+            raise athletes_alone(other.name)
+
+    @property
+    def described(self) -> "DescribedRobot | None":
+        """The session's robot where others described it; None where it is of ATHLETE's build."""
+        from footfall.robot.legged.legged_model import DescribedRobot
+
+        found = self.get(self.robot_digest)
+        return found if isinstance(found, DescribedRobot) else None
 
     @property
     def robot(self) -> "Robot":
-        """The robot's model, built when first asked for."""
+        """The robot's model, built when first asked for. Raises InvalidInput where it is not of ATHLETE's build."""
         return built_robot(self.description)
+
+    @property
+    def any_robot(self) -> "Robot | LeggedRobot":
+        """As :attr:`robot`, whoever described it."""
+        return built_robot(self.get(self.robot_digest))
+
+    @property
+    def layout(self) -> "JointLayout":
+        """The robot's legs and joints by name."""
+        if self._layout is None:
+            other = self.described
+            self._layout = self.robot.layout if other is None else other.layout
+        return self._layout
 
     @property
     def state(self) -> SessionState:
@@ -151,13 +184,20 @@ class SessionCore:
 
     def require_leg(self, leg: int) -> None:
         """Raises InvalidInput where the rover has no such leg."""
-        count = len(self.description.legs)
+        count = len(self.layout.legs)
         if type(leg) is not int or not 0 <= leg < count:
             raise InvalidInput(f"{self.state.robot_name} has legs 0…{count - 1}", leg=leg)
 
     def require_robot(self, state: RobotState) -> None:
         """Raises InvalidTelemetry where a state is of another robot."""
-        legs = len(self.description.legs)
+        legs = len(self.layout.legs)
+        alike = state.described is None or state.described.digest == self.layout.digest
+        alike = alike and (state.described is None) == (self.described is None)
+        if state.robot == self.state.robot_name and state.leg_count == legs and not alike:
+            raise InvalidTelemetry(
+                f"this state of {state.robot} has other joints than the session's robot, or does not name them",
+                fault="wrong-legs",
+            )
         if state.robot != self.state.robot_name or state.leg_count != legs:
             raise InvalidTelemetry(
                 f"this is a state of {state.robot} with {state.leg_count} legs; "

@@ -51,7 +51,7 @@ class LeastClearances:
     def look(self, frame: TelemetryFrame) -> None:
         """``frame``: the latest. Does not wait for what is made of it."""
         state, now = self._core.state, frame.state.time
-        if state.run is None or row_on_its_way(state) is None:
+        if state.run is None or row_on_its_way(state) is None or self._core.described is not None:
             return
         with self._guard:
             if self._seen.run != state.run.number:

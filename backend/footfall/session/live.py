@@ -58,8 +58,9 @@ class LiveSession(SessionParts):
     def walk_to(self, goal: WalkGoal, settings: LoopSettings | None = None, who: Identity = LOCAL) -> WalkLoop:
         """Begin to walk to a goal in a closed loop, by images and telemetry, as ``who``; see :class:`WalkLoop`.
 
-        Raises Conflict where the rover is on such a walk already, or there is no rover.
+        Raises Conflict where the rover is on such a walk already, or there is no rover, InvalidInput for another robot.
         """
+        self.require_athletes_build()
         with self.folded_log.lock:
             if self._walk_loop is not None and self._walk_loop.state != "ended":
                 raise Conflict("the rover is on its way to a goal already: end that walk first")

@@ -12,6 +12,7 @@ from footfall.session.core import SessionCore
 from footfall.session.jobs.pool import JobPool
 from footfall.session.least_clearances import LeastClearances
 from footfall.session.products.compared import UpToDate
+from footfall.session.products.described_plans import DescribedPlans
 from footfall.session.products.executions import Executions
 from footfall.session.products.maps import LegMaps
 from footfall.session.products.outcomes import Outcomes
@@ -50,6 +51,7 @@ class SessionParts(SessionCore):
         self.stances = Stances(self, self.choices, self.rover, self.fits)
         self.maps = LegMaps(self, self.choices, self.fits, self.stances)
         self.plans = StepPlans(self, self.choices, self.maps, self.stances)
+        self.described_plans = DescribedPlans(self, self.choices, self.stances)
         self.hand = Hand(self, self.choices, self.fits, self.stances, self.maps)
         self.executions = Executions(self, self.rover, self.plans)
         self.sequences = Sequences(self, self.stances, self.executions)

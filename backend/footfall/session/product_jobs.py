@@ -5,7 +5,9 @@ from typing import Any
 
 from footfall.core.errors import Cancelled, Conflict, InvalidInput
 from footfall.core.value import Value, stored_name
+from footfall.robot.legged.legged_model import DescribedRobot
 from footfall.session.access.acting import said_by
+from footfall.session.described_robots import athletes_alone
 from footfall.session.folded_log import FoldedLog
 from footfall.session.jobs.job import Job
 from footfall.session.jobs.pool import JobPool
@@ -64,7 +66,8 @@ class ProductJobs:
         """Have a product made; ``about``, and who asks, go into its event. What a cancelled job still makes is dropped.
 
         Of a kind that is made for each leg, newer ones cancel older ones on their way, and what was made before from
-        the same parents with the same settings is taken as it is. Raises InvalidInput for settings of another kind.
+        the same parents with the same settings is taken as it is. Raises InvalidInput for settings of another kind, and
+        for a robot that others described where the kind is not for those.
         """
         if (None if settings is None else stored_name(type(settings))) != kind.request:
             raise InvalidInput(f"{kind.name} is asked for with {kind.request or 'no settings'}", kind=kind.name)
@@ -112,6 +115,8 @@ class ProductJobs:
             self._folded_log.tell("job", job=job.as_dict())
 
         values = {name: self._value_store.get(digest) for name, digest in parents.items()}
+        if isinstance(about_robot := values.get("robot"), DescribedRobot) and not kind.for_described:
+            raise athletes_alone(about_robot.name)
         with self._folded_log.lock:
             if self._closing or self._folded_log.closed:
                 raise Conflict("the session is closed")

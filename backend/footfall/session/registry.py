@@ -37,6 +37,7 @@ from footfall.telemetry.link import EPOCHS_AHEAD
 
 if TYPE_CHECKING:
     from footfall.planning.choice.policy import GaitPolicy
+    from footfall.robot.legged.legged_robot import LeggedRobot
     from footfall.robot.model import Robot
 
 _ID = re.compile(r"[A-Za-z0-9][A-Za-z0-9_-]{0,63}")
@@ -62,7 +63,7 @@ class Sessions:
         self,
         folder: str | os.PathLike[str],
         jobs: JobPool | None = None,
-        robot: "str | os.PathLike[str] | Robot" = "athlete",
+        robot: "str | os.PathLike[str] | Robot | LeggedRobot" = "athlete",
         recording: RecordingLimits | None = DEFAULT_LIMITS,
         light_time: LightTime | None = None,
         read: Read = read_here,
@@ -104,14 +105,14 @@ class Sessions:
             if self._current is live:
                 return gate
 
-    def create(self, name: str, robot: "str | os.PathLike[str] | Robot | None" = None) -> LiveSession:
+    def create(self, name: str, robot: "str | os.PathLike[str] | Robot | LeggedRobot | None" = None) -> LiveSession:
         """A new, empty session for a robot (its name, a path, or the built model). Raises InvalidInput, NotFound."""
-        from footfall.io.robot_files import load_robot
+        from footfall.io.any_robot import load_robot
         from footfall.robot.model import Robot
 
         name = session_name(name)
         robot = self._robot if robot is None else robot
-        built = robot if isinstance(robot, Robot) else load_robot(os.fspath(robot))
+        built = load_robot(os.fspath(robot)) if isinstance(robot, (str, os.PathLike)) else robot
         with self._guard:
             self._require_may_switch()
             self._close_idle()
@@ -128,7 +129,8 @@ class Sessions:
             store = SessionStore.create(self.folder / session_id, about)
             try:
                 store.put(built.description)
-                live = LiveSession(store, self.jobs, self._recording, self.light_time)
+                recording = self._recording if isinstance(built, Robot) else None
+                live = LiveSession(store, self.jobs, recording, self.light_time)
                 live.begin(name, built.digest, built.name)
             except BaseException:
                 store.close()

@@ -48,7 +48,7 @@ class Review:
         if unknown or start is None or frame is None:
             return {"ok": None, "joint": None, "difference": None, "reason": unknown, "older_ground": older}
         posture, T_site_base = start
-        place, names = self._fits.place_on_map(frame.state), self._core.description.joint_names
+        place, names = self._fits.place_on_map(frame.state), self._core.layout.joint_names
         found = max((difference(posture, T_site_base, one, names) for one in place.possible), key=lambda one: one.moved)
         what = found.beyond(*SENT)
         doubt = f": {place.doubt}" if place.doubt else ""
@@ -135,7 +135,7 @@ class Review:
         if frame is None:
             return True
         sequence = self._core.typed(Sequence, state.sequence)
-        names = self._core.description.joint_names
+        names = self._core.layout.joint_names
         return difference(sequence.start, sequence.T_site_base, frame.state, names).beyond(*SENT) != ""
 
     def _ground_of(self, state: SessionState) -> str | None:

@@ -248,7 +248,7 @@ class Walks:
 
         if self._sags:
             return off_walk(self._core.robot, state, posture, T_site_base)
-        found = difference(posture, T_site_base, state, self._core.description.joint_names)
+        found = difference(posture, T_site_base, state, self._core.layout.joint_names)
         what = found.beyond(*SENT)
         if not what:
             return ""

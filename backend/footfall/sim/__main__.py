@@ -4,16 +4,23 @@ import argparse
 import logging
 import sys
 from pathlib import Path
+from typing import TypeVar
 
 from footfall.core.collector import leave_out_what_is_loaded, none_while_loading
 
 with none_while_loading():
     from footfall.balance.balance_settings import GRAVITY
     from footfall.core.errors import FootFallError, InvalidInput
+    from footfall.core.value import Value
     from footfall.io.artifacts import decode
+    from footfall.robot.legged.legged_model import DescribedRobot
+    from footfall.robot.legged.legged_robot import LeggedRobot
     from footfall.sim.physics.physics_settings import PhysicsSettings
     from footfall.sim.process import Start, run_rover
     from footfall.telemetry.state import RobotState
+
+
+_V = TypeVar("_V", bound=Value)
 
 
 def main() -> int:
@@ -22,6 +29,7 @@ def main() -> int:
     parser.add_argument("--url", required=True, help="ws://127.0.0.1:PORT/api/v1/rover")
     parser.add_argument("--terrain", required=True, type=Path, help="terrain file that is its world")
     parser.add_argument("--robot", default="athlete", help="name or description of the robot")
+    parser.add_argument("--described", type=Path, help="stored DescribedRobot (.npz) instead of --robot")
     parser.add_argument("--seed", type=int, default=0, help="of what is random: the cameras' noise")
     parser.add_argument("--x", type=float, default=0.0, help="where it stands, site frame [m]")
     parser.add_argument("--y", type=float, default=0.0, help="where it stands, site frame [m]")
@@ -40,9 +48,9 @@ def main() -> int:
         run_rover(
             options.url,
             options.terrain,
-            options.robot,
+            _described(options.described) if options.described else options.robot,
             options.seed,
-            start=_stored(options.state) if options.state else start,
+            start=_stored(options.state, RobotState) if options.state else start,
             physics=PhysicsSettings(gravity=options.gravity, seed=options.seed) if options.physics else None,
             with_parent=options.with_parent,
             certificate=options.certificate,
@@ -53,14 +61,19 @@ def main() -> int:
     return 0
 
 
-def _stored(path: Path) -> RobotState:
+def _described(path: Path) -> LeggedRobot:
+    about = _stored(path, DescribedRobot)
+    return LeggedRobot(about.model, about.postures, about.clearances, about.always)
+
+
+def _stored(path: Path, kind: type[_V]) -> _V:
     try:
-        state = decode(path.read_bytes())
+        found = decode(path.read_bytes())
     except OSError as err:
-        raise InvalidInput(f"the state can't be read: {err}") from err
-    if not isinstance(state, RobotState):
-        raise InvalidInput(f"{path.name} holds a {type(state).__name__}, not a RobotState")
-    return state
+        raise InvalidInput(f"{path.name} can't be read: {err}") from err
+    if not isinstance(found, kind):
+        raise InvalidInput(f"{path.name} holds a {type(found).__name__}, not a {kind.__name__}")
+    return found
 
 
 if __name__ == "__main__":

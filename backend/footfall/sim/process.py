@@ -83,7 +83,7 @@ class Start:
 def run_rover(
     url: str,
     terrain: str | Path | Dem,
-    robot: str = "athlete",
+    robot: str | LeggedRobot = "athlete",
     seed: int = 0,
     *,
     start: Start | RobotState | None = None,
@@ -105,7 +105,7 @@ def run_rover(
     # what reads URDFs takes a second to load, and only robots that have one need it
     from footfall.io.any_robot import load_robot
 
-    body = load_robot(robot)
+    body = load_robot(robot) if isinstance(robot, str) else robot
     dem = terrain if isinstance(terrain, Dem) else read_terrain(terrain)
     state = start if isinstance(start, RobotState) else _standing(body, dem, start or Start())
     imager = Imager(body, dem, seed) if isinstance(body, Robot) else None
@@ -136,12 +136,9 @@ def _rover(robot: Robot | LeggedRobot, dem: Dem, state: RobotState, physics: Phy
 
 def _standing(robot: Robot | LeggedRobot, dem: Dem, start: Start) -> RobotState:
     if isinstance(robot, LeggedRobot):
-        from footfall.planning.legged.measured import as_measured
-        from footfall.planning.legged.stance import all_standing
-        from footfall.planning.legged.stand import stand as stand_legged
+        from footfall.planning.legged.measured import measured_at_rest
 
-        at_ease = stand_legged(robot, dem, start.x, start.y, start.yaw)
-        return as_measured(robot, at_ease.q, at_ease.T_site_base, all_standing(at_ease))
+        return measured_at_rest(robot, dem, start.x, start.y, start.yaw)
     return stand(robot, dem, x=start.x, y=start.y, yaw=start.yaw, posture=start.posture)
 
 

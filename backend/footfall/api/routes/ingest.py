@@ -161,7 +161,7 @@ def _take_one(
     live: LiveSession, hello: HelloMessage, index: int, frame: dict[str, object], came: float
 ) -> InvalidTelemetry | None:
     try:
-        message = message_from(frame, hello.legs)
+        message = message_from(frame, hello.legs, hello.described)
         if not isinstance(message, TelemetryFrame):
             raise InvalidTelemetry("frames holds telemetry messages alone", fault="unknown-message")
         live.rover.take_telemetry(message, came, by_request=True)
@@ -199,7 +199,7 @@ async def take_images(
                 fault="wrong-version",
             )
         with sessions.pixels.of(client) as held:
-            _, snapshot = decode_images(content, live.robot.leg_count, held.take)
+            _, snapshot = decode_images(content, len(live.layout.legs), held.take)
             digest = live.rover.take_images(snapshot, held)
         for reason in snapshot.left_out.values():
             door.count("images", reason)

@@ -120,11 +120,19 @@ async def rover(socket: WebSocket) -> None:
 
 def require_same_rover(hello: HelloMessage, live: LiveSession) -> None:
     """Raises InvalidTelemetry unless the session is about this rover."""
-    if (hello.robot, hello.legs) != (live.robot.name, live.robot.leg_count):
+    robot, layout = live.state.robot_name, live.layout
+    if (hello.robot, hello.legs) != (robot, len(layout.legs)):
         raise InvalidTelemetry(
-            f"this session is for {live.robot.name} with {live.robot.leg_count} legs, "
-            f"the rover is {hello.robot} with {hello.legs}",
-            fault="wrong-robot" if hello.robot != live.robot.name else "wrong-legs",
+            f"this session is for {robot} with {len(layout.legs)} legs, the rover is {hello.robot} with {hello.legs}",
+            fault="wrong-robot" if hello.robot != robot else "wrong-legs",
+        )
+    if live.described is not None and hello.described is None:
+        raise InvalidTelemetry(f"hello: {robot} has to name its joints, as docs/rover-link.md says", fault="wrong-legs")
+    if hello.described is not None and hello.described.digest != layout.digest:
+        other = sorted(set(hello.described.joint_names) ^ set(layout.joint_names))
+        told = f"one of them alone has {', '.join(other[:4])}" if other else "they have them in another order"
+        raise InvalidTelemetry(
+            f"hello: {robot} names other joints than the session's robot: {told}", fault="wrong-legs"
         )
 
 
@@ -313,14 +321,14 @@ class _Connection:
         if self._hello is None or live is None:
             raise InvalidTelemetry("the first message of a rover is hello", fault="no-hello")
         with self._sessions.pixels.of(self._client) as held:
-            _, snapshot = decode_images(content, live.robot.leg_count, held.take)
+            _, snapshot = decode_images(content, len(live.layout.legs), held.take)
             live.rover.take_images(snapshot, held)
         for reason in snapshot.left_out.values():
             self._refuse(reason, "images")
 
     def _take_text(self, text: str, at: float) -> None:
-        legs = None if self._hello is None else self._hello.legs
-        message = decode(text, legs)
+        hello = self._hello
+        message = decode(text) if hello is None else decode(text, hello.legs, hello.described)
         if isinstance(message, HelloMessage):
             self._take_hello(message)
             return

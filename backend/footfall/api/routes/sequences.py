@@ -19,9 +19,11 @@ from footfall.api.routing import Routes, files
 from footfall.core.errors import InvalidInput, NotFound
 from footfall.io.exports import MEDIA, SUFFIXES
 from footfall.io.exports import export as encode
+from footfall.robot.model import Robot
 from footfall.sequence.commands import Command, Sequence
 from footfall.sequence.edit import Edit
 from footfall.session.answers.commands import ArmedAnswer, SentAnswer
+from footfall.session.live import LiveSession
 from footfall.session.products.kinds import IMPORT
 from footfall.session.storage.artifact_folder import bytes_digest
 
@@ -103,6 +105,11 @@ def redo(sequence: SequenceId, sessions: AllSessions, response: Response, if_mat
     return _now(lineage, response)
 
 
+def _drawn(live: LiveSession) -> Robot | None:
+    """The robot that a page to print shows; it draws none that others described."""
+    return None if live.described is not None else live.robot
+
+
 @router.get("/sequences/{sequence}/export", response_class=Response, responses=files(*sorted(set(MEDIA.values()))))
 def export(
     sequence: SequenceId,
@@ -114,7 +121,7 @@ def export(
     Nothing is recorded: POST to this address records what was exported.
     """
     lineage, digest = find(sessions, sequence, look=True)
-    content = encode(_sequence(lineage, digest), format, robot=lineage.live.robot)
+    content = encode(_sequence(lineage, digest), format, robot=_drawn(lineage.live))
     name = f"sequence-{digest[:8]}{SUFFIXES[format]}"
     headers = {"Content-Disposition": f'attachment; filename="{name}"', "ETag": f'"{digest}"'}
     return Response(content, media_type=MEDIA[format], headers=headers)
@@ -134,7 +141,7 @@ def record_export(
     lineage, digest = find(sessions, sequence)
     recorded = None
     if format == "html":
-        encode(_sequence(lineage, digest), format, robot=lineage.live.robot)
+        encode(_sequence(lineage, digest), format, robot=_drawn(lineage.live))
     else:
         recorded = bytes_digest(lineage.live.sequences.export(digest, format))
     url = f"{BASE}/sequences/{digest}/export?format={format}"

@@ -8,13 +8,13 @@ from pydantic import Field
 
 from footfall.api.access import AllSessions, OneSession, product
 from footfall.api.bodies.answers import Digested, Listener, TelemetryAnswer
-from footfall.api.bodies.schemas import FreezeState, StateReport
+from footfall.api.bodies.schemas import FreezeState, Stand, StateReport
 from footfall.api.bodies.settings_models import settings_value
 from footfall.api.door.in_turn import in_turn
 from footfall.api.routing import Routes
 from footfall.api.streams import telemetry_body
 from footfall.balance.tether import Tether
-from footfall.core.errors import InvalidTelemetry, NotFound
+from footfall.core.errors import InvalidInput, InvalidTelemetry, NotFound
 from footfall.planning.body.body_shift import PredictedState
 from footfall.session.rover.past import KEPT_FOR, MOST_PARTS, PastTelemetry
 from footfall.session.rover.recorded import RecordedTelemetry, recorded
@@ -119,17 +119,18 @@ def listeners(live: OneSession, request: Request) -> Listeners:
 @router.post("/sessions/{session}/telemetry", status_code=201)
 def take_report(live: OneSession, report: StateReport) -> Digested:
     """Give the state yourself, where no rover is linked; planning starts from it."""
-    legs = live.robot.leg_count
-    if len(report.posture) != 6 * legs:
-        raise InvalidTelemetry(f"{live.robot.name} has {6 * legs} joints, not {len(report.posture)}")
+    joints, name = len(live.layout.joint_names), live.state.robot_name
+    if len(report.posture) != joints:
+        raise InvalidTelemetry(f"{name} has {joints} joints, not {len(report.posture)}")
     state = RobotState(
-        robot=live.robot.name,
+        robot=name,
         time=report.time,
         posture=np.array(report.posture, float),
         T_site_base=np.array(report.T_site_base, float),
         wheel_forces=np.array(report.wheel_forces, float).reshape(-1, 3),
         joint_torques=np.array(report.joint_torques, float),
         mode=report.mode,
+        described=None if live.described is None else live.layout,
     )
     return {"digest": live.stances.set(state)}
 
@@ -146,10 +147,17 @@ def freeze(live: OneSession, order: FreezeState) -> Digested:
     if order.stand is None:
         return {"digest": live.stances.freeze()}
     from footfall.planning.body.stand import stand
+    from footfall.planning.legged.measured import measured_at_rest
     from footfall.planning.walk.stand_to_walk import hanging
+    from footfall.robot.legged.legged_robot import LeggedRobot
 
     dem = product(live, "current", Dem, live.state.dem)
     where, tether = order.stand, settings_value(Tether, order.stand.tether)
+    robot = live.any_robot
+    if isinstance(robot, LeggedRobot):
+        if tether is not None or where.posture != Stand().posture:
+            raise InvalidInput(f"{robot.name} stands at ease, without tether: leave out tether and posture")
+        return {"digest": live.stances.set(measured_at_rest(robot, dem, where.x, where.y, where.yaw))}
     if tether is not None:
         return {"digest": live.stances.set(hanging(live.robot, dem, where.x, where.y, where.yaw, tether))}
     return {"digest": live.stances.set(stand(live.robot, dem, where.x, where.y, where.yaw, where.posture))}

@@ -8,6 +8,8 @@ from footfall.core.errors import InvalidInput
 from footfall.core.frames import apply
 from footfall.planning.legged.footing import rest
 from footfall.planning.legged.problem import LeggedState
+from footfall.planning.legged.stance import all_standing
+from footfall.planning.legged.stand import stand
 from footfall.planning.legged.whole_check import Feet
 from footfall.robot.legged.legged_robot import LeggedRobot
 from footfall.robot.legged.posture import placed
@@ -46,6 +48,26 @@ def as_measured(
     forces[standing] = held
     efforts = efforts_under(robot, q, T_site_base, standing, feet.contacts[standing], held)
     return RobotState(robot.name, time, q, T_site_base, forces, efforts, mode, described=robot.layout)
+
+
+def measured_at_rest(robot: LeggedRobot, dem: Dem, x: float = 0.0, y: float = 0.0, yaw: float = 0.0) -> RobotState:
+    """The robot standing at ease, as its telemetry would have it.
+
+    Args:
+        robot: the robot.
+        dem: the ground, in site.
+        x: east, of the chassis' origin in site [m].
+        y: north, of the chassis' origin in site [m].
+        yaw: heading of the chassis in site [rad].
+
+    Returns:
+        The state.
+
+    Raises:
+        InvalidInput: there is no such stance, or nothing holds the robot in it.
+    """
+    stance = stand(robot, dem, x, y, yaw)
+    return as_measured(robot, stance.q, stance.T_site_base, all_standing(stance))
 
 
 def standing_state(robot: LeggedRobot, dem: Dem, state: RobotState) -> LeggedState:

@@ -8,6 +8,7 @@ from numpy.typing import NDArray
 from footfall.core.errors import InvalidRobot
 from footfall.core.value import Value, value
 from footfall.robot.legged.tree import RobotTree
+from footfall.telemetry.joint_layout import JointLayout
 
 FEWEST_LEGS, MOST_LEGS = 3, 12
 SOLES = ("wheel", "ball", "flat", "point")
@@ -80,3 +81,30 @@ class LeggedModel(Value):
         """Legs that are built alike, together."""
         numbers = sorted({leg.group for leg in self.legs})
         return tuple(tuple(leg for leg in self.legs if leg.group == number) for number in numbers)
+
+
+@value
+class DescribedRobot(Value):
+    """All that is known of a robot that others described; a :class:`.legged_robot.LeggedRobot` is made of it.
+
+    postures: name → joint → angle [rad or m]. clearances: least distances by name [m]. always: pairs of links that
+    touch as they are built.
+    """
+
+    model: LeggedModel
+    postures: Mapping[str, Mapping[str, float]]
+    clearances: Mapping[str, float]
+    always: tuple[tuple[str, str], ...]
+
+    @property
+    def name(self) -> str:
+        """What its URDF calls it."""
+        return self.model.tree.name
+
+    @property
+    def layout(self) -> JointLayout:
+        """Its legs and joints by name."""
+        joints = tuple(leg.joints for leg in self.model.legs)
+        slides = {joint.name for joint in self.model.tree.joints if joint.kind == "prismatic"}
+        sliding = tuple(name for own in joints for name in own if name in slides)
+        return JointLayout(tuple(leg.name for leg in self.model.legs), joints, sliding)

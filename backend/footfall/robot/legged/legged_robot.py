@@ -15,13 +15,11 @@ from footfall.core.arrays import Array
 from footfall.core.errors import InvalidInput, InvalidRobot, NotFound
 from footfall.core.frames import apply, inverse
 from footfall.core.mesh import Mesh
-from footfall.core.value import digest
 from footfall.robot.legged.groups import part_lengths
-from footfall.robot.legged.legged_model import LegChain, LeggedModel
+from footfall.robot.legged.legged_model import DescribedRobot, LegChain, LeggedModel
 from footfall.robot.legged.tree import TreeJoint, TreeLink
 from footfall.robot.limb.by_structure import solver_of
 from footfall.robot.limb.limb import limb_of
-from footfall.telemetry.joint_layout import JointLayout
 
 CLEARANCE_SHARE = 0.02
 """Clearances where nobody says otherwise, as a share of the longest leg."""
@@ -31,8 +29,9 @@ CLEARANCES = ("other_leg", "own_leg", "base", "ground")
 
 
 class LeggedRobot:
-    """Immutable after construction; pickles as what it was made of.
+    """Immutable after construction; pickles as what it was made of, which is ``description``.
 
+    layout: its legs and joints by name.
     joint_names: leg after leg, each from the base to the foot; postures are angles in that order, (joints,) [rad or m].
     slices: where each leg's joints are in a posture. limbs: what solves each leg. lower, upper: (joints,), of joints
     that turn further than once those of one turn, but where a closed form counts their turns (limb/by_structure.py).
@@ -53,6 +52,8 @@ class LeggedRobot:
         always: tuple[tuple[str, str], ...] = (),
     ) -> None:
         self._made_of = model, postures, clearances, always
+        self.description = _in_order(model, postures or {}, clearances or {}, always)
+        self.layout = self.description.layout
         tree = model.tree
         joints = [joint for leg in model.legs for joint in _walking(model, leg)]
         self.model, self.name = model, tree.name
@@ -105,17 +106,9 @@ class LeggedRobot:
         return tuple(leg.name for leg in self.model.legs)
 
     @property
-    def layout(self) -> JointLayout:
-        """Its legs and joints by name."""
-        sliding = [joint.name for joint in self.model.tree.joints if joint.kind == "prismatic"]
-        names = tuple(name for name in self.joint_names if name in sliding)
-        return JointLayout(self.leg_names, tuple(self.joint_names[own] for own in self.slices), names)
-
-    @property
     def digest(self) -> str:
         """Content name of the description: clearances and what may touch decide what is planned with it, too."""
-        of = (sorted(one.items(), key=lambda named: named[0]) for one in (self.postures, self.clearances))
-        return digest((self.model.digest, *of, sorted(self.touching)))
+        return self.description.digest
 
     def require_posture(self, posture: ArrayLike) -> Array:
         """The posture as float64 (joints,); raises InvalidInput unless it has that many finite numbers."""
@@ -189,6 +182,18 @@ class LeggedRobot:
             body = carrier[link.name]
             found[index[body]].append((inverse(Ts_root_link[body]) @ Ts_root_link[link.name], link))
         return tuple(map(tuple, found))
+
+
+def _in_order(
+    model: LeggedModel,
+    postures: Mapping[str, Mapping[str, float]],
+    clearances: Mapping[str, float],
+    always: tuple[tuple[str, str], ...],
+) -> DescribedRobot:
+    """The description, the same in whatever order its parts are given."""
+    named = {name: dict(sorted(postures[name].items())) for name in sorted(postures)}
+    pairs = {(min(pair), max(pair)) for pair in always}
+    return DescribedRobot(model, named, dict(sorted(clearances.items())), tuple(sorted(pairs)))
 
 
 def _walking(model: LeggedModel, leg: LegChain) -> list[TreeJoint]:

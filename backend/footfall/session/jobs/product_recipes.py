@@ -1,7 +1,7 @@
 """How each kind of product is made from its parents: what live jobs and replays share.
 
 A recipe is a pure function ``(parents, settings, progress) -> Value | bytes``. ``parents`` are values by
-name; the parent called ``robot`` comes as a built :class:`~footfall.robot.model.Robot`. The numeric
+name; the parent called ``robot`` comes as a built robot, of ATHLETE's build or one that others described. The numeric
 libraries load inside of the recipes: the server process names kinds without paying for them.
 """
 
@@ -17,6 +17,9 @@ from footfall.planning.answers import Status
 from footfall.planning.execution.execution_settings import MODES
 from footfall.session.jobs.requests import (
     BodyMoveRequest,
+    DescribedMapRequest,
+    DescribedStepRequest,
+    DescribedWalkRequest,
     ExecutionRequest,
     ExportRequest,
     FootMovesRequest,
@@ -196,10 +199,43 @@ def route(parents: Mapping[str, Any], settings: RouteRequest, progress: Progress
     return plan_route(robot, dem, state, settings.goal, settings.settings, progress, look, fit)
 
 
+def described_maps(parents: Mapping[str, Any], settings: DescribedMapRequest, progress: Progress) -> Value:
+    """robot that others described, dem, state; DescribedMapRequest → MapStack."""
+    from footfall.planning.legged.leg_maps import compute_maps
+    from footfall.planning.legged.measured import standing_state
+
+    robot, dem, state = (parents[name] for name in ("robot", "dem", "state"))
+    return compute_maps(robot, dem, standing_state(robot, dem, state), settings.leg, settings.settings, progress)
+
+
+def described_step(parents: Mapping[str, Any], settings: DescribedStepRequest, progress: Progress) -> Value:
+    """robot that others described, dem, state; DescribedStepRequest → LeggedResult."""
+    from footfall.planning.legged.measured import standing_state
+    from footfall.planning.legged.step import plan_step
+
+    robot, dem, state = (parents[name] for name in ("robot", "dem", "state"))
+    chosen = settings.footfall
+    start = standing_state(robot, dem, state)
+    return plan_step(robot, dem, start, chosen.leg, (chosen.x, chosen.y), settings.settings)
+
+
+def described_walk(parents: Mapping[str, Any], settings: DescribedWalkRequest, progress: Progress) -> Value:
+    """robot that others described, dem, state; DescribedWalkRequest → LeggedResult."""
+    from footfall.planning.legged.measured import standing_state
+    from footfall.planning.legged.walk import plan_walk
+
+    robot, dem, state = (parents[name] for name in ("robot", "dem", "state"))
+    return plan_walk(robot, dem, standing_state(robot, dem, state), settings.goal, settings.settings, progress)
+
+
 def sequence(parents: Mapping[str, Any], settings: None, progress: Progress) -> Value:
     """robot, dem, plan (a result that has one: of a step, chassis move, shift or walk) or execution → Sequence."""
+    from footfall.planning.legged.problem import LeggedResult
     from footfall.sequence.make import make_sequence
+    from footfall.sequence.of_legged import make_legged_sequence
 
+    if isinstance(parents.get("plan"), LeggedResult):
+        return make_legged_sequence(_plan_of(parents["plan"]), parents["robot"], parents["dem"])
     chosen = _execution_of(parents["execution"]) if "execution" in parents else _plan_of(parents["plan"])
     return make_sequence(chosen, parents["robot"], parents["dem"])
 
@@ -252,16 +288,25 @@ def _execution_of(result: Any) -> Any:
 
 def edit(parents: Mapping[str, Any], settings: Any, progress: Progress) -> Value:
     """robot, sequence, dem; Edit → Sequence."""
+    from footfall.robot.legged.legged_robot import LeggedRobot
     from footfall.sequence.edit import apply_edit
 
+    if isinstance(robot := parents["robot"], LeggedRobot):
+        raise InvalidInput(
+            f"commands of {robot.name} are not edited one by one: export them as csv, change the file and read it in"
+        )
     return apply_edit(parents["robot"], parents["sequence"], settings, parents["dem"])
 
 
 def from_file(parents: Mapping[str, Any], settings: ImportRequest, progress: Progress) -> Value:
     """robot, dem, and state for files that don't say from where they start; ImportRequest → Sequence."""
     from footfall.io.imports import sequence_of
+    from footfall.planning.legged.measured import standing_state
+    from footfall.robot.legged.legged_robot import LeggedRobot
 
     robot, dem, state = (parents[name] for name in ("robot", "dem", "state"))
+    if isinstance(robot, LeggedRobot):
+        state = standing_state(robot, dem, state)
     return sequence_of(settings.name, settings.content.tobytes(), robot, dem, otherwise=state)
 
 
@@ -319,6 +364,13 @@ class _ByDigest:
 
 @lru_cache(maxsize=4)
 def _built(key: _ByDigest) -> Any:
+    from footfall.robot.legged.legged_model import DescribedRobot
+
+    about = key.value
+    if isinstance(about, DescribedRobot):
+        from footfall.robot.legged.legged_robot import LeggedRobot
+
+        return LeggedRobot(about.model, about.postures, about.clearances, about.always)
     from footfall.robot.model import Robot
 
-    return Robot(key.value)  # type: ignore[arg-type]
+    return Robot(about)  # type: ignore[arg-type]

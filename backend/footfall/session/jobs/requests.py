@@ -14,6 +14,7 @@ from footfall.planning.body.find_problem import FindShiftSettings
 from footfall.planning.body.move import BodyMoveSettings
 from footfall.planning.execution.execution_settings import ExecutionSettings
 from footfall.planning.gait.problem import WAVE, GaitSettings
+from footfall.planning.legged.problem import LeggedSettings
 from footfall.planning.route.problem import RouteSettings
 from footfall.planning.step.problem import Footfall, Point, StepSettings
 from footfall.planning.walk.problem import WalkGoal, WalkSettings
@@ -122,6 +123,34 @@ class RouteRequest(Value):
     def check(self) -> None:
         if len(self.goal) != 2 or not np.isfinite(self.goal).all():
             raise InvalidInput("the goal of a route needs finite x and y [m]", goal=list(self.goal))
+
+
+@value
+class DescribedMapRequest(Value):
+    """Maps for one leg of a robot that others described."""
+
+    leg: int
+    settings: LeggedSettings = LeggedSettings()
+
+    def check(self) -> None:
+        if type(self.leg) is not int or self.leg < 0:
+            raise InvalidInput("leg is a whole number, 0…", leg=repr(self.leg))
+
+
+@value
+class DescribedStepRequest(Value):
+    """A step of a robot that others described, to a chosen footfall."""
+
+    footfall: Footfall
+    settings: LeggedSettings = LeggedSettings()
+
+
+@value
+class DescribedWalkRequest(Value):
+    """A walk of a robot that others described, to a goal."""
+
+    goal: WalkGoal
+    settings: LeggedSettings = LeggedSettings()
 
 
 @value

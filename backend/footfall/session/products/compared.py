@@ -67,7 +67,7 @@ class UpToDate:
         frozen = state.what_if or state.state
         measured = self.measured()
         stands = measured.state if measured is not None else None if frozen is None else self.stance(frozen)
-        names, unheard = self._core.description.joint_names, self.unheard()
+        names, unheard = self._core.layout.joint_names, self.unheard()
         if state.what_if is None or state.state is None:
             return Present(state.robot, state.dem, stands, names, unheard=unheard, measured=measured)
         what_if, counts_from = self.stance(state.state), self.stance(state.what_if)
@@ -179,8 +179,9 @@ class UpToDate:
         if digest not in self._known_stances:
             value = self._core.get(digest)
             if isinstance(value, Sequence):
-                bears, torques = np.zeros((len(value.start) // 6, 3)), np.zeros(len(value.start))
-                value = RobotState(value.robot, 0.0, value.start, value.T_site_base, bears, torques, "idle")
+                bears, torques = np.zeros((len(value.layout.legs), 3)), np.zeros(len(value.start))
+                stands, named = value.T_site_base, value.described
+                value = RobotState(value.robot, 0.0, value.start, stands, bears, torques, "idle", described=named)
             if not isinstance(value, RobotState):
                 return self._core.typed(RobotState, digest)  # raises
             if len(self._known_stances) >= MOST_STANCES:

@@ -35,6 +35,10 @@ SAG_UNKNOWN = (
     "known: they are commanded as planned; touch-down is not predicted"
 )
 
+SAG_OF_DESCRIBED = (
+    "how robots that others described sag is in no model: they are commanded as planned; touch-down is not predicted"
+)
+
 
 @dataclass(frozen=True)
 class CommandWay:
@@ -52,6 +56,8 @@ class Executions:
 
     def way_of_commands(self) -> CommandWay:
         """How a planned step is commanded unless an order says otherwise: with the pose held where sag is known."""
+        if self._core.described is not None:
+            return CommandWay("rigid", SAG_OF_DESCRIBED)
         if self._rover.seen_to_give_way is not None:
             return CommandWay("pose_held", HELD) if self._rover.seen_to_give_way else CommandWay("rigid", HOLDS)
         state = None if self._core.state.state is None else self._core.typed(RobotState, self._core.state.state)

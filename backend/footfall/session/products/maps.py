@@ -6,7 +6,7 @@ What judges maps loads compiled code, so it loads when first asked.
 from dataclasses import asdict, replace
 from typing import TYPE_CHECKING
 
-from footfall.core.errors import Conflict
+from footfall.core.errors import Conflict, InvalidInput
 from footfall.maps.layers import MapSettings, MapStack
 from footfall.maps.quality_settings import QualitySettings
 from footfall.planning.step.problem import Footfall
@@ -14,10 +14,10 @@ from footfall.session.answers.choices import FootfallAnswer
 from footfall.session.choosing.choices import PageChoices
 from footfall.session.core import SessionCore, present
 from footfall.session.jobs.job import Job
-from footfall.session.jobs.requests import MapRequest
+from footfall.session.jobs.requests import DescribedMapRequest, MapRequest
 from footfall.session.products.compared import UpToDate
 from footfall.session.products.judged_footfall import judge_footfall, nearest_good, without
-from footfall.session.products.kinds import MAPS
+from footfall.session.products.kinds import DESCRIBED_MAPS, MAPS
 from footfall.session.products.stances import Stances
 from footfall.telemetry.state import RobotState
 from footfall.terrain.dem import Dem
@@ -45,6 +45,10 @@ class LegMaps:
     def compute(self, leg: int, settings: MapSettings | None = None) -> Job:
         """Maps for one leg; an older job for it that still runs is cancelled. Raises Conflict, InvalidInput."""
         self._core.require_leg(leg)
+        if self._core.described is not None:
+            if settings is not None:
+                raise InvalidInput("settings of maps are those of ATHLETE's legs: leave them out for this robot")
+            return self._stances.ask(DESCRIBED_MAPS, DescribedMapRequest(leg), leg=leg)
         return self._stances.ask(MAPS, MapRequest(leg, settings or MapSettings()), leg=leg)
 
     def shown(self, leg: int) -> MapStack | None:
@@ -140,8 +144,13 @@ class LegMaps:
         dem = self._core.typed(Dem, present(state.dem, "there is no terrain yet"))
         maps, outdated = self.held(footfall.leg), self.doubt(footfall.leg, footfall.x, footfall.y)
         return judge_footfall(
-            dem, self._core.description.wheel_radius, footfall.leg, footfall.x, footfall.y, maps, outdated
+            dem, self._sole_radius(footfall.leg), footfall.leg, footfall.x, footfall.y, maps, outdated
         )
+
+    def _sole_radius(self, leg: int) -> float:
+        """Of the wheel, or of the sole of a robot that others described [m]."""
+        other = self._core.described
+        return self._core.description.wheel_radius if other is None else other.model.legs[leg].sole.radius
 
     def held(self, leg: int) -> MapStack | None:
         """The latest maps of a leg, those that hold in part with their footing unknown where it does not hold."""

@@ -34,7 +34,7 @@ def moved_since(core: SessionCore, rover: LinkedRover, then: RobotState) -> Sinc
     if unknown or frame is None:
         return {"moved": None, "reason": unknown}
     now = frame.state
-    found = difference(then.posture, then.T_site_base, now, core.description.joint_names)
+    found = difference(then.posture, then.T_site_base, now, core.layout.joint_names)
     what = found.beyond(*SENT)
     told = {
         "": "",

@@ -166,7 +166,7 @@ class Stances:
         return not self._between(there, end).beyond(*SENT)
 
     def _between(self, then: RobotState, now: RobotState) -> StandingDifference:
-        return difference(then.posture, then.T_site_base, now, self._core.description.joint_names)
+        return difference(then.posture, then.T_site_base, now, self._core.layout.joint_names)
 
 
 def stands_alike(one: RobotState, other: RobotState) -> bool:

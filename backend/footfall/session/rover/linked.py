@@ -10,6 +10,7 @@ from dataclasses import replace
 
 from footfall.core.errors import Conflict, InvalidTelemetry, NotFound
 from footfall.planning.compliance.seen_yield import gives_way
+from footfall.robot.description import RobotDescription
 from footfall.session.commanding import Commanding
 from footfall.session.core import SessionCore
 from footfall.session.pixels import HeldPixels
@@ -38,11 +39,15 @@ class LinkedRover:
         self._core = core
         self._requests = 0
         self._follow: list[Callable[[TelemetryFrame], None]] = []
-        self.recorder = Recorder(core.store.folder, lambda: core.description, self._recording_told, recording)
+        self.recorder = Recorder(core.store.folder, self._recordable, self._recording_told, recording)
         self.past = Past()
         self.link = RecordedLink(self.recorder, light_time)
         folded_log = core.folded_log
         self.commanding = Commanding(self.link, folded_log.record, folded_log.record_anyway, lambda: folded_log.state)
+
+    def _recordable(self) -> RobotDescription | None:
+        # recordings say of no joint to which leg it belongs: of robots that others described there are none
+        return None if self._core.described is not None else self._core.description
 
     def close(self) -> None:
         """End the link, the run and the recording; harmless when done twice."""
@@ -110,7 +115,7 @@ class LinkedRover:
         if self.link.take(frame, at, light, by_request):
             if before is not None:
                 self._tell_what_is_odd(before, frame)
-            if frame.state.mode == "idle":
+            if frame.state.mode == "idle" and self._core.described is None:
                 told = gives_way(frame.state, frame.commanded, self._core.description.stiffness)
                 self.seen_to_give_way = self.seen_to_give_way if told is None else told
             self.recorder.take(frame, at)
@@ -268,6 +273,8 @@ class LinkedRover:
 
     def request_images(self, pairs: tuple[str, ...] | list[str] | None = None) -> None:
         """Ask the rover for images of the named camera pairs (None: all). Raises Conflict, NotFound."""
+        if (other := self._core.described) is not None:
+            raise Conflict(f"{other.name} has no cameras: its description names none")
         known = [camera.name for camera in self._core.description.cameras]
         for name in pairs or ():
             if name not in known:

@@ -62,7 +62,8 @@ Item = TelemetryFrame | Snapshot | tuple[str, dict[str, Any]]
 class Recorder:
     """Takes from any thread without waiting; one thread, started by the first thing to record, writes.
 
-    folder: of the session. description: of the robot, asked for when a recording begins. limits: None: write nothing.
+    folder: of the session. description: of the robot, asked for when a recording begins; None: of that one there is no
+    recording. limits: None: write nothing.
     tell: hears of what went wrong (once, until it went well again) and of recordings that were saved; called from
     the recorder's thread with an event's type and a text.
     """
@@ -70,7 +71,7 @@ class Recorder:
     def __init__(
         self,
         folder: Path,
-        description: Callable[[], RobotDescription],
+        description: Callable[[], RobotDescription | None],
         tell: Callable[[str, str], None],
         limits: RecordingLimits | None = DEFAULT_LIMITS,
     ) -> None:
@@ -216,6 +217,8 @@ class Recorder:
             at, item = max(self._latest, came[0]), came[1]
             self._latest = at
             writer = self._open()
+            if writer is None:
+                return
             if untold:
                 writer.dropped(untold, at)
             match item:
@@ -237,10 +240,12 @@ class Recorder:
         if ended:
             self._finish()
 
-    def _open(self) -> RecordingWriter:
+    def _open(self) -> RecordingWriter | None:
         if self._writer is None:
-            self._folder.mkdir(exist_ok=True)
             robot = self._description()
+            if robot is None:
+                return None
+            self._folder.mkdir(exist_ok=True)
             self._path = self._next()
             self._file = file = create(self._path)
             about = {"session": self._folder.parent.name, "robot": robot.name, "legs": str(len(robot.legs))}

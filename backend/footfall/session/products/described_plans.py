@@ -1,0 +1,40 @@
+"""Steps and walks of a session whose robot others described; those of ATHLETE's build have plans and walks."""
+
+from footfall.core.errors import Conflict, InvalidInput
+from footfall.planning.legged.problem import LeggedSettings
+from footfall.planning.step.problem import Footfall
+from footfall.planning.walk.problem import WalkGoal
+from footfall.session.choosing.choices import PageChoices
+from footfall.session.core import SessionCore
+from footfall.session.jobs.job import Job
+from footfall.session.jobs.requests import DescribedStepRequest, DescribedWalkRequest
+from footfall.session.products.kinds import DESCRIBED_STEP, DESCRIBED_WALK
+from footfall.session.products.stances import Stances
+
+
+class DescribedPlans:
+    """What is planned for them; thread-safe as :class:`footfall.session.core.SessionCore` says."""
+
+    def __init__(self, core: SessionCore, choices: PageChoices, stances: Stances) -> None:
+        self._core, self._choices, self._stances = core, choices, stances
+
+    def step(self, leg: int, target: tuple[float, float] | None = None, settings: LeggedSettings | None = None) -> Job:
+        """Plan a step to ``target`` (x, y) [m]; without one, to the chosen footfall. Raises Conflict, InvalidInput."""
+        self._require_described("plans")
+        self._core.require_leg(leg)
+        chosen = self._choices.now.footfall
+        if target is not None:
+            chosen = Footfall(leg, float(target[0]), float(target[1]))
+        elif chosen is None or chosen.leg != leg:
+            raise Conflict("no footfall is chosen for this leg; choose one, or give a target")
+        request = DescribedStepRequest(chosen, settings or LeggedSettings())
+        return self._stances.ask(DESCRIBED_STEP, request, leg=leg)
+
+    def walk(self, goal: WalkGoal, settings: LeggedSettings | None = None) -> Job:
+        """Plan a walk to a goal from the state that is planned from. Raises Conflict, InvalidInput."""
+        self._require_described("walks")
+        return self._stances.ask(DESCRIBED_WALK, DescribedWalkRequest(goal, settings or LeggedSettings()))
+
+    def _require_described(self, instead: str) -> None:
+        if self._core.described is None:
+            raise InvalidInput(f"the session's robot is of ATHLETE's build: order {instead}, without described")
