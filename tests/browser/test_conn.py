@@ -78,6 +78,8 @@ def test_the_conn_is_seen_requested_granted_and_kept_over_a_reload(
     press(second, "Request conn")
     expect(first.locator("#status-conn")).to_contain_text("requests it")
     expect(first.locator("#toast")).to_contain_text("requests the conn")
+    for answer in ("Grant", "Keep conn"):
+        expect(button(first, answer)).to_be_in_viewport(ratio=1)
     look_at(first, "asked")
     press(first, "Grant")
     expect(first.locator("#toast")).to_be_hidden()  # it is answered

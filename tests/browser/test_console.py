@@ -308,6 +308,9 @@ def test_an_exported_page_plays_without_a_server(
     assert page.locator("#beside").evaluate("canvas => canvas.toDataURL()") != before
     page.get_by_role("button", name="Event before").click()
     expect(page.locator("#event")).not_to_contain_text(HOSTILE)
+    while "plan, found" not in (page.locator("#event").text_content() or ""):
+        page.get_by_role("button", name="Event before").click()
+    page.evaluate("() => scrollTo(0, 0)")
     look_at(page, "player")
     hyphens = page.locator("main").evaluate(r"one => one.textContent.match(/(?:^|[\s(,:])-\d[\d.]*/g)")
     assert hyphens is None, "a minus sign is none of a keyboard's"

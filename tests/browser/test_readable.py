@@ -1,0 +1,82 @@
+"""What an operator reads at a glance: as clear as the rest in every theme, and apart from what stands beside it."""
+
+import pytest
+from playwright.sync_api import Page, expect
+
+from tests.architecture.test_page_themes import FLOORS, Color, contrast, over
+
+SEEN = """selector => {
+  const told = { color: getComputedStyle(document.querySelector(selector)).color, under: [], opacity: 1 };
+  for (let one = document.querySelector(selector); one; one = one.parentElement) {
+    told.under.push(getComputedStyle(one).backgroundColor);
+    told.opacity *= Number(getComputedStyle(one).opacity);
+  }
+  return told;
+}"""
+"""A text's colour, those that lie under it from the nearest on, and how much of it is seen."""
+LINES = """selector => {
+  const text = document.createRange();
+  text.selectNodeContents(document.querySelector(selector));
+  return new Set([...text.getClientRects()].map(one => Math.round(one.top))).size;
+}"""
+APART = """([before, after]) => {
+  const edges = [before, after].map(selector => {
+    const text = document.createRange();
+    text.selectNodeContents(document.querySelector(selector));
+    return text.getBoundingClientRect();
+  });
+  return edges[1].left - edges[0].right;
+}"""
+SAMPLES = """() => [...document.querySelectorAll("#gauge-outlines label")].map(label => {
+  const line = label.querySelector(".line").getBoundingClientRect();
+  const text = document.createRange();
+  text.selectNodeContents([...label.childNodes].findLast(one => one.textContent.trim()));
+  const rim = 3; // px of the dark ground around the line
+  return Math.min(
+    text.getBoundingClientRect().left - line.right - rim,
+    line.left - rim - label.querySelector("input").getBoundingClientRect().right,
+  );
+})"""
+
+
+def rgba(told: str) -> Color:
+    """Of a colour as browsers compute it."""
+    parts = [float(one) for one in told[told.index("(") + 1 : -1].split(",")]
+    r, g, b = (one / 255 for one in parts[:3])
+    return r, g, b, parts[3] if len(parts) > 3 else 1.0
+
+
+@pytest.mark.parametrize("theme", FLOORS)
+def test_what_is_next_is_read_also_while_it_can_t_be_done(console: Page, theme: str) -> None:
+    console.get_by_label("Theme").select_option(theme)
+    expect(console.locator("#next-act")).to_be_disabled()
+    seen = console.evaluate(SEEN, "#next-act")
+    under: Color = (0.0, 0.0, 0.0, 1.0)
+    for layer in reversed(seen["under"]):
+        under = over(rgba(layer), under)
+    r, g, b, _ = rgba(seen["color"])
+    assert contrast(over((r, g, b, seen["opacity"]), under), under) >= FLOORS[theme]
+
+
+@pytest.mark.parametrize("theme", FLOORS)
+def test_the_samples_of_the_gauge_stand_apart_from_their_words(console: Page, theme: str) -> None:
+    console.get_by_label("Theme").select_option(theme)
+    expect(console.locator("#gauge-outlines")).to_be_visible()
+    apart = console.evaluate(SAMPLES)
+    assert len(apart) == 3
+    assert min(apart) >= 2
+
+
+def test_who_may_command_is_one_line_where_there_is_room(console: Page) -> None:
+    expect(console.locator("#status-user")).to_contain_text("No login")
+    console.set_viewport_size({"width": 1920, "height": 1080})
+    assert console.evaluate(LINES, "#status-user") == 1
+    assert console.evaluate("() => document.documentElement.scrollWidth <= innerWidth")
+
+
+def test_the_longest_command_is_not_one_word_with_its_leg(console: Page) -> None:
+    row = "#commands tbody tr:first-child td:nth-child({})"
+    console.locator(row.format(2)).evaluate("one => { one.textContent = 'POSTURE_MOVE'; }")
+    console.locator(row.format(3)).evaluate("one => { one.textContent = 'all'; }")
+    assert console.evaluate(APART, [row.format(2), row.format(3)]) >= 8
+    assert console.locator("#panel-commands").evaluate("one => one.scrollWidth <= one.clientWidth")
