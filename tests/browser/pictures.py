@@ -1,19 +1,24 @@
 """Takes the guide's pictures from a run of the browser tests: what the documents show is what the tests saw.
 
 ``python -m tests.browser.pictures --list`` names the tests that make them, ``python -m tests.browser.pictures`` takes
-their pictures into docs/images.
+their pictures into docs/images, ``python -m tests.browser.pictures --before COMMIT`` those that the documents had then
+into one sheet.
 """
 
+import io
+import subprocess
 import sys
 from collections.abc import Iterator
 from pathlib import Path
 from typing import NamedTuple
 
-from PIL import Image
+from PIL import Image, ImageDraw, ImageFont
 
 _ROOT = Path(__file__).resolve().parents[2]
 OUTPUTS = _ROOT / "test-outputs" / "screenshots"
 IMAGES = _ROOT / "docs" / "images"
+BEFORE = IMAGES / "before.png"
+"""The sheet of what they showed before."""
 COLORS = (256, 128, 64)
 MOST_BYTES, MOST_IN_ALL = 120_000, 1_500_000
 
@@ -85,32 +90,60 @@ PICTURES = (
 )
 
 
+SITUATIONS = tuple(one for one in PICTURES if one.name != "stopped")
+"""Those of the sheet and of docs/console.md, in its order; a stop is in sight in each."""
+CELL, ACROSS = (316, 216), 4
+"""Of the sheet: width and height of a picture [px], pictures in a row."""
+
+
 def tests() -> Iterator[str]:
     """The tests that make them, as pytest names them."""
     return iter(dict.fromkeys(f"tests/browser/{one.file}::{one.test}" for one in PICTURES))
 
 
 def keep(picture: Picture) -> int:
-    """Take one in, with as many colours as fit; its size [bytes].
-
-    Raises SystemExit where no run left it, or it is too large with the fewest.
-    """
+    """Take one in; its size [bytes]. Raises SystemExit where no run left it."""
     if not picture.taken.is_file():
         raise SystemExit(f"{picture.taken.name} is not there: run tests/browser/{picture.file}::{picture.test} first")
     with Image.open(picture.taken) as seen:
         part = seen.convert("RGB").crop(picture.part or (0, 0, *seen.size))
+    return kept(part, picture.kept)
+
+
+def sheet(commit: str) -> int:
+    """What the documents had of each situation at that commit, small and numbered, as one picture; its size [bytes]."""
+    width, height = CELL
+    found = Image.new("RGB", (ACROSS * width, -(-len(SITUATIONS) // ACROSS) * height))
+    for i, one in enumerate(SITUATIONS):
+        then = ["git", "show", f"{commit}:{one.kept.relative_to(_ROOT)}"]
+        with Image.open(io.BytesIO(subprocess.run(then, check=True, capture_output=True).stdout)) as seen:
+            small = seen.convert("RGB")
+        small.thumbnail((width - 4, height - 4), Image.Resampling.LANCZOS)
+        left, top = i % ACROSS * width, i // ACROSS * height
+        found.paste(small, (left, top))
+        # below on the left: most of the pictures have nothing to read there
+        label = ImageDraw.Draw(found)
+        label.rectangle((left, top + height - 28, left + 26, top + height - 4), fill="black")
+        label.text((left + 5, top + height - 26), str(i + 1), "white", ImageFont.load_default(16))
+    return kept(found, BEFORE)
+
+
+def kept(part: Image.Image, path: Path) -> int:
+    """Write it with as many colours as fit; its size [bytes]. Raises SystemExit where the fewest are too many."""
     for colors in COLORS:
         # so that the few pixels of a sign keep their colour
         few = part.quantize(colors, Image.Quantize.MAXCOVERAGE, kmeans=4, dither=Image.Dither.NONE)
-        few.save(picture.kept, optimize=True)
-        size = picture.kept.stat().st_size
+        few.save(path, optimize=True)
+        size = path.stat().st_size
         if size <= MOST_BYTES:
             return size
-    raise SystemExit(f"{picture.kept.name} has {size} bytes, {MOST_BYTES} are allowed")
+    raise SystemExit(f"{path.name} has {size} bytes, {MOST_BYTES} are allowed")
 
 
 if __name__ == "__main__":
     if sys.argv[1:] == ["--list"]:
         sys.stdout.write("\n".join(tests()) + "\n")
+    elif sys.argv[1:2] == ["--before"]:
+        sys.stdout.write(f"{len(SITUATIONS)} pictures on a sheet, {sheet(sys.argv[2])} bytes\n")
     else:
         sys.stdout.write(f"{len(PICTURES)} pictures, {sum(keep(one) for one in PICTURES)} bytes\n")

@@ -9,7 +9,7 @@ from pathlib import Path
 import pytest
 from PIL import Image
 
-from tests.browser.pictures import IMAGES, MOST_BYTES, MOST_IN_ALL, PICTURES, Picture
+from tests.browser.pictures import BEFORE, IMAGES, MOST_BYTES, MOST_IN_ALL, PICTURES, SITUATIONS, Picture
 from tests.browser.pictures import tests as named
 from tests.support.waiting import BOUND
 
@@ -28,9 +28,15 @@ def shown() -> dict[Path, list[str]]:
 
 def test_every_picture_that_is_shown_is_there_and_every_one_there_is_shown():
     named = set(shown())
-    assert {one.kept for one in PICTURES} == named
+    assert {BEFORE, *(one.kept for one in PICTURES)} == named
     assert set(IMAGES.glob("*.png")) == named
     assert len({one.name for one in PICTURES}) == len(PICTURES)
+
+
+def test_situations_are_told_in_the_order_of_the_sheet():
+    """A picture's number on the sheet is that of its row, whose link shows the same situation now."""
+    told = re.findall(r"^\| (\d+) \|.*\]\(images/([\w-]+)\.png\) \|", (ROOT / "docs/console.md").read_text(), re.M)
+    assert told == [(str(i + 1), one.name) for i, one in enumerate(SITUATIONS)]
 
 
 @pytest.mark.parametrize("picture", PICTURES, ids=lambda picture: picture.name)
@@ -60,7 +66,7 @@ def test_pytest_knows_the_tests_that_are_listed():
 
 
 def test_they_are_small_and_say_in_words_what_they_show():
-    sizes = {one.name: one.kept.stat().st_size for one in PICTURES}
+    sizes = {path.name: path.stat().st_size for path in (BEFORE, *(one.kept for one in PICTURES))}
     assert {name: size for name, size in sizes.items() if size > MOST_BYTES} == {}
     assert sum(sizes.values()) <= MOST_IN_ALL
     for one in PICTURES:
