@@ -12,6 +12,7 @@ from benchmarks.console.page import DRAWING, launched
 from tests.browser.pictures import OUTPUTS
 from tests.support.browsers import Browsers, kill_browsers
 from tests.support.drawing import Drawing
+from tests.support.laid_sample import lay_sample
 from tests.support.page_steps import STEPS, lay_out
 from tests.support.server import Running, running_server
 from tests.support.waiting import BOUND, else_after, until
@@ -70,9 +71,8 @@ def physics() -> bool:
 @pytest.fixture
 def served(tmp_path: Path, scene: bool, physics: bool) -> Iterator[Running]:
     """The rock-step sample, open, with its rover connected."""
-    with running_server(
-        tmp_path, scene=scene, prepare=lambda s: s.open_sample("rock-step"), physics=physics
-    ) as running:
+    session = lay_sample("rock-step", tmp_path)
+    with running_server(tmp_path, scene=scene, prepare=lambda s: s.open(session), physics=physics) as running:
         running.rover.start()
         current = running.sessions.current
         until(lambda: current is not None and current.rover.frame, "the first telemetry")
@@ -113,7 +113,8 @@ def page(chromium: Browser, served: Running, scene: bool, layout: str | None) ->
 @pytest.fixture
 def quiet(tmp_path: Path) -> Iterator[Running]:
     """The rock-step sample, open; neither rover nor scene."""
-    with running_server(tmp_path, prepare=lambda s: s.open_sample("rock-step")) as running:
+    session = lay_sample("rock-step", tmp_path)
+    with running_server(tmp_path, prepare=lambda s: s.open(session)) as running:
         yield running
 
 
