@@ -22,7 +22,11 @@ F = TypeVar("F", bound=Callable[..., Any])
 
 
 def njit(**options: Any) -> Callable[[F], F]:
-    """As numba's, with its options, of a function at the top of a module; kept on disk."""
+    """As numba's, with its options, of a function at the top of a module; kept on disk.
+
+    Without numba's second way in, for programs in C: nobody takes it, and it takes long to compile.
+    """
+    options["no_cfunc_wrapper"] = True
 
     def compiled(function: F) -> F:
         made: Any = numba.njit(**options)(function)
