@@ -15,17 +15,14 @@ from typing import Any
 import msgspec
 import viser
 import zstandard
-from viser._messages import ViewerCameraMessage
 from websockets.sync.client import connect
 from websockets.sync.connection import Connection
-from websockets.typing import Origin, Subprotocol
+from websockets.typing import Origin
 
-from benchmarks.console.answers import QUIET, SESSION
 from benchmarks.console.apart import Apart, served_apart
+from benchmarks.console.scene_line import CAMERA, PROTOCOL, QUIET, SESSION
 from benchmarks.timing import machine
 
-PROTOCOL = Subprotocol(f"viser-v{viser.__version__}")
-CAMERA = ViewerCameraMessage((1, 0, 0, 0), (0, -5, 3), 1.0, 0.1, 100.0, 480, 640, (0, 0, 0), (0, 0, 1))
 MOST = 3_000_000
 """Bytes of a first scene."""
 LONGEST = 60.0

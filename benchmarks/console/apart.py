@@ -45,13 +45,17 @@ class Apart:
 
 
 @contextmanager
-def served_apart(rover: bool = True, sample: str = "rock-step") -> Iterator[Apart]:
-    """Serve a sample on a free port until the context ends. rover: with one, which is there."""
+def served_apart(rover: bool = True, sample: str = "rock-step", tree: Path | None = None) -> Iterator[Apart]:
+    """Serve a sample on a free port until the context ends.
+
+    rover: with one, which is there. tree: where the server's source is, another state of it; None: this one.
+    """
     with TemporaryDirectory(prefix="footfall-bench-") as folder:
         command = [str(Path(sys.executable).with_name("footfall")), "serve", "--port", "0", "--data", folder]
         command += ["--sample", sample]
         command += ["--kinematic"] if rover else ["--no-sim"]
-        with subprocess.Popen(command, stdout=subprocess.PIPE, text=True) as server:
+        source = None if tree is None else {**os.environ, "PYTHONPATH": f"{tree / 'backend'}{os.pathsep}{tree}"}
+        with subprocess.Popen(command, stdout=subprocess.PIPE, text=True, env=source, cwd=tree) as server:
             try:
                 line = server.stdout.readline() if server.stdout is not None else ""
                 if "http://" not in line:
