@@ -65,6 +65,10 @@ def test_the_samples_of_the_gauge_stand_apart_from_their_words(console: Page, th
     apart = console.evaluate(SAMPLES)
     assert len(apart) == 3
     assert min(apart) >= 2
+    tops = console.locator("#gauge-outlines label").evaluate_all(
+        "all => all.map(one => one.getBoundingClientRect().top)"
+    )
+    assert max(tops) == min(tops), "they share one line"
 
 
 def test_who_may_command_is_one_line_where_there_is_room(console: Page) -> None:
