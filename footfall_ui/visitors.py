@@ -27,32 +27,36 @@ class Visitors:
         self._by_port: dict[int, Identity] = {}
         self._lock = threading.Lock()
         self._themes: OrderedDict[str, str] = OrderedDict()
-        self._heard: list[Callable[[str], None]] = []
+        self._heard: list[tuple[str, Callable[[], None]]] = []
 
     def dress(self, who: Identity, theme: str) -> None:
         """A page wears this theme from now on."""
         with self._lock:
+            worn = self._themes.get(who.seat, THEMES[0])
             self._themes[who.seat] = theme
             self._themes.move_to_end(who.seat)
             if len(self._themes) > MOST_THEMES:
                 self._themes.popitem(last=False)
-            heard = tuple(self._heard)
+            heard = [tell for seat, tell in self._heard if seat == who.seat and theme != worn]
         for tell in heard:
-            tell(who.seat)
+            tell()
 
     def theme_of(self, who: Identity | None) -> str:
         """The theme of a page; the first one of a page that named none, or of nobody in particular."""
         with self._lock:
             return THEMES[0] if who is None else self._themes.get(who.seat, THEMES[0])
 
-    def listen(self, heard: Callable[[str], None]) -> Callable[[], None]:
-        """Hear of each page that is dressed, by its seat; call what is returned to hear no more."""
+    def listen(self, who: Identity | None, heard: Callable[[], None]) -> Callable[[], None]:
+        """Hear when that page wears another theme, None: never; call what is returned to hear no more."""
+        if who is None:
+            return lambda: None
+        ear = (who.seat, heard)
         with self._lock:
-            self._heard.append(heard)
+            self._heard.append(ear)
 
         def unlisten() -> None:
             with self._lock:
-                self._heard = [one for one in self._heard if one is not heard]
+                self._heard = [one for one in self._heard if one is not ear]
 
         return unlisten
 

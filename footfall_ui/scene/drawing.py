@@ -135,7 +135,7 @@ class Scene:
         }
         self._redrawing = Redrawing({name: self._of_session(draw) for name, draw in parts.items()})
         labels_of(server).follow(server, lambda: self._redrawing.mark("labels"))
-        self._undress = self._visitors.listen(lambda _: self._redrawing.mark("around"))
+        self._undress = self._visitors.listen(who, lambda: self._redrawing.mark("around"))
 
     def follow(self, live: LiveSession) -> None:
         """Draw this session from now on."""

@@ -90,17 +90,32 @@ def test_the_page_has_these_themes():
 
 
 def test_each_page_has_the_sky_of_its_theme():
-    visitors, heard = Visitors(), []
-    unlisten = visitors.listen(heard.append)
+    visitors = Visitors()
     one, other = (replace(LOCAL, page=page) for page in ("one", "other"))
     visitors.dress(one, "light")
     assert (visitors.theme_of(one), visitors.theme_of(other), visitors.theme_of(None)) == ("light", "dark", "dark")
-    assert heard == [one.seat]
-    unlisten()
     for i in range(MOST_THEMES):
         visitors.dress(replace(LOCAL, page=f"more-{i}"), "sunlight")
     assert visitors.theme_of(one) == "dark"
-    assert heard == [one.seat]
+
+
+def test_a_scene_hears_of_its_own_page_s_theme_and_only_of_another_one():
+    visitors, heard = Visitors(), []
+    one, other = (replace(LOCAL, page=page) for page in ("one", "other"))
+    unlisten = visitors.listen(one, lambda: heard.append("one"))
+    visitors.listen(other, lambda: heard.append("other"))
+    visitors.listen(None, lambda: heard.append("nobody"))
+    visitors.dress(one, THEMES[0])
+    assert heard == []
+    visitors.dress(one, "light")
+    visitors.dress(one, "light")
+    assert heard == ["one"]
+    visitors.dress(other, "light")
+    assert heard == ["one", "other"]
+    unlisten()
+    visitors.dress(one, "dark")
+    visitors.dress(other, "dark")
+    assert heard == ["one", "other", "other"]
 
 
 @given(x=st.floats(-1e6, 1e6), y=st.floats(-1e6, 1e6), z=st.floats(-3000, 3000), size=st.sampled_from([3, 40, 300]))
