@@ -12,17 +12,17 @@ from footfall.planning.step.problem import PlanResult, StepPlan
 from footfall.planning.walk.problem import WalkPlan
 from footfall.robot.model import Robot
 from footfall.sequence.commands import Sequence
-from footfall.session.access.acting import acting, actor
+from footfall.session.access.acting import acting
 from footfall.session.access.identity import Identity
 from footfall.session.live import LiveSession
 from footfall.session.products.kinds import WALK
 from footfall.session.steadiness import friction_of
 from footfall.telemetry.state import RobotState
 from footfall.terrain.dem import Dem
-from footfall.terrain.ground.surface import pick
 from footfall_ui.scene.age import AgeDrawing
 from footfall_ui.scene.around import AroundDrawing
 from footfall_ui.scene.cameras import CamerasDrawing
+from footfall_ui.scene.clicks import choose
 from footfall_ui.scene.collision import CollisionDrawing, colliding
 from footfall_ui.scene.contours import ContoursDrawing
 from footfall_ui.scene.drawn import server_of
@@ -190,7 +190,8 @@ class Scene:
             self._rover, self._torques, self._cameras, self._drawn = None, None, None, live
             return
         self._look_along(live.choices.view.leg)
-        self._looking.forget(live.choices.view.looks)
+        if self._drawn is not None:  # a page that opens takes the look that it shows as chosen
+            self._looking.forget(live.choices.view.looks)
         self._rover = RobotDrawing(self._server, self._robot)
         self._torques = TorqueDrawing(self._server, self._robot)
         self._cameras = CamerasDrawing(self._server, self._robot.description)
@@ -377,24 +378,9 @@ class Scene:
         origin, direction = np.array(event.ray_origin), np.array(event.ray_direction)
         who = self._visitors.of(server_of(self._server), event.client_id)
 
-        def choose() -> None:
-            with acting(who):
-                self._choose(origin, direction)
+        def chosen() -> None:
+            if self._live is not None:
+                with acting(who):
+                    choose(self._live, origin, direction)
 
-        self._redrawing.soon(choose)
-
-    def _choose(self, origin: np.ndarray, direction: np.ndarray) -> None:
-        live = self._live
-        if live is None or live.state.dem is None:
-            return
-        point = pick(read(live, live.state.dem, Dem), origin, direction)
-        if point is None:
-            return
-        x, y, z = (float(one) for one in point)
-        who = actor()
-        if who is not None and who.page and who.page == live.choices.view.goal_page:
-            live.choices.set_view(goal=(x, y), goal_page="")
-        elif live.choices.view.shown.tape:
-            live.choices.set_view(tape=live.choices.view.measured((x, y, z)))
-        else:
-            live.maps.choose_footfall(live.choices.view.leg, x, y)
+        self._redrawing.soon(chosen)

@@ -4,7 +4,9 @@ import { loadAnew } from "./anew.js";
 import { PAGE, ROOT, request } from "./api.js";
 import { toast } from "./dom.js";
 import { changed, known } from "./store.js";
+import { buildOrLoad } from "./texts/ground.js";
 import * as texts from "./texts/page.js";
+import { clickMissed } from "./texts/scene.js";
 import { readable } from "./words.js";
 
 const LOOK_PERIOD = 2000; // ms: what no event tells (the rover moved, the server hangs) shows after this long
@@ -115,6 +117,8 @@ const take = {
     if (type === "log_repaired" || type === "clock_jumped") toast(texts.recordSays(payload.text));
     look();
   },
+  // A click in this page's scene; terrain: whether there is any ground that it could have met.
+  missed: ({ terrain }) => toast(terrain ? clickMissed : buildOrLoad),
   store({ problem, unrecorded }) {
     toast(problem ? texts.notRecorded(unrecorded, problem) : texts.recordedAgain);
     look();

@@ -11,6 +11,7 @@ from websockets.sync.client import connect
 from websockets.typing import Origin, Subprotocol
 
 import footfall_ui.scene_server
+from footfall_ui.scene.look import ABOVE
 from footfall_ui.viser_door import open_viser
 from tests.support.drawing import PROTOCOL, Drawing, drawn, scene_page
 from tests.support.server import running_server
@@ -114,6 +115,27 @@ def test_a_page_that_is_dressed_has_another_sky_and_no_other_page_has(tmp_path, 
         refused = dress(client, "plaid")
         assert refused.status_code == 422
         assert "dark, light, sunlight" in refused.json()["detail"]
+
+
+def test_a_page_that_opens_looks_from_where_it_says(tmp_path, monkeypatch):
+    """As after a reload: the button of the look is still pressed."""
+    drawing = Drawing()
+    monkeypatch.setattr(footfall_ui.scene_server, "open_viser", drawing.open)
+
+    def heights():
+        return [page.camera.position[2] for page in drawing.servers[0].get_clients().values()]
+
+    with (
+        running_server(tmp_path, scene=True, prepare=lambda s: s.open_sample("rock-step")) as running,
+        running.client() as client,
+    ):
+        with scene_page(running.url, "one"):
+            until(lambda: "/sky" in drawn(drawing.servers[0]), "the first scene")
+            assert max(heights()) < ABOVE / 2
+        view = "/sessions/current/view"
+        client.put(view, json={"look": "top"}, headers={"FootFall-Page": "one"}).raise_for_status()
+        with scene_page(running.url, "one"):
+            until(lambda: len(heights()) == 1 and heights()[0] > ABOVE, "the view from above")
 
 
 def test_a_scene_that_ended_is_opened_behind_another_door(tmp_path, monkeypatch):

@@ -17,6 +17,8 @@ from footfall.api import mailbox
 from footfall.api.mailbox import Mailbox
 from footfall.api.streams import RATE, Streams, session_stream
 from footfall.planning.body.stand import stand
+from footfall.session.access.acting import acting
+from footfall.session.access.identity import LOCAL
 from footfall.session.jobs.local import InlineJobs
 from footfall.session.registry import Sessions
 from footfall.telemetry.state import TelemetryFrame
@@ -188,6 +190,20 @@ def test_the_line_sends_no_more_than_was_heard_and_takes_nothing_else(server, fr
             until_note(line)
         assert closed.value.rcvd.code == 1008
         assert '{"heard": number}' in closed.value.rcvd.reason
+
+
+def test_a_click_that_met_no_ground_is_told_to_its_page_alone(server):
+    live = server.sessions.create("missed")
+    url = f"ws{server.api.removeprefix('http')}/sessions/{live.id}/events/line"
+    with connect(f"{url}?page=mine", proxy=None) as mine, connect(f"{url}?page=other", proxy=None) as other:
+        for line in (mine, other):
+            assert json.loads(line.recv(timeout=BOUND))["type"] == "link"
+        with acting(replace(LOCAL, page="mine")):
+            live.choices.tell_missed()
+        live.choices.set_view(look="top")  # of every page
+        told = [json.loads(line.recv(timeout=BOUND)) for line in (mine, mine, other)]
+    assert [one["type"] for one in told] == ["missed", "view", "view"]
+    assert told[0]["data"] == {"terrain": False}
 
 
 def until_number(line, number):

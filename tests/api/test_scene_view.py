@@ -26,12 +26,15 @@ from footfall.telemetry.state import RobotState, TelemetryFrame
 from footfall.terrain.ground.contours import contour_step
 from footfall.terrain.ground.surface import height_at
 from footfall_ui.scene import Scene
+from footfall_ui.scene.clicks import choose
 from footfall_ui.scene.goal import POLE
 from footfall_ui.scene.look import Looking, eye_of
 from footfall_ui.scene.tracks import HALF, OVER, PRINTS, TracksDrawing, print_lines
 from tests.support.chassis_ground import wavy
 from tests.support.sequences import recorded
 from tests.support.waiting import BOUND, until
+
+DOWN = np.array([0.0, 0.0, -1.0])
 
 
 @pytest.fixture(scope="module")
@@ -160,18 +163,18 @@ def test_a_print_lies_on_the_ground_where_a_wheel_was_put_down(viewed, athlete, 
 
 
 def test_a_click_measures_while_the_tape_is_out(viewed):
-    live, _, scene, _ = viewed
+    live, _, _, _ = viewed
     live.choices.set_view(shown={"tape": True}, tape=[])
     before = live.state.footfall
     for x in (0.2, 1.2):
-        scene._choose(np.array([x, 0.5, 9.0]), np.array([0.0, 0.0, -1.0]))
+        choose(live, np.array([x, 0.5, 9.0]), DOWN)
     assert live.state.footfall is before
     (x0, y0, _), (x1, y1, _) = live.choices.view.tape
     assert (x1 - x0, y1 - y0) == pytest.approx((1.0, 0.0))
-    scene._choose(np.array([0.0, 0.0, 9.0]), np.array([0.0, 0.0, -1.0]))
+    choose(live, np.array([0.0, 0.0, 9.0]), DOWN)
     assert len(live.choices.view.tape) == 1
     live.choices.set_view(shown={"tape": False})
-    scene._choose(np.array([0.2, 0.5, 9.0]), np.array([0.0, 0.0, -1.0]))
+    choose(live, np.array([0.2, 0.5, 9.0]), DOWN)
     assert live.state.footfall is not None
     assert live.state.footfall.x == pytest.approx(0.2)
 
@@ -316,12 +319,11 @@ def test_switches_and_looks_over_rest(client):
 
 def test_a_click_sets_the_goal_of_a_walk_for_the_page_that_asked_and_once(viewed, ground):
     live, there, scene, server = viewed
-    down = np.array([0.0, 0.0, -1.0])
     mine, others = replace(LOCAL, page="mine"), replace(LOCAL, page="another")
 
     def click(who, x, y):
         with acting(who):
-            scene._choose(np.array([x, y, 9.0]), down)
+            choose(live, np.array([x, y, 9.0]), DOWN)
 
     click(mine, 0.2, 0.5)
     assert live.choices.view.goal is None
@@ -343,3 +345,16 @@ def test_a_click_sets_the_goal_of_a_walk_for_the_page_that_asked_and_once(viewed
     live.choices.set_view(goal=None)
     settle(scene)
     assert server.scene.get_handle_by_name("/goal/flag") is None
+
+
+def test_a_click_into_the_sky_chooses_nothing_and_its_page_hears_so(viewed):
+    live, _, _, _ = viewed
+    heard, chosen = [], live.state.footfall
+    unlisten = live.listen(lambda message: heard.append(message) if message["type"] == "missed" else None)
+    who = replace(LOCAL, page="mine")
+    with acting(who):
+        choose(live, np.array([0.2, 0.5, 9.0]), -DOWN)
+        choose(live, np.array([900.0, 0.0, 9.0]), DOWN)
+    unlisten()
+    assert [(one["missed"], one["seat"]) for one in heard] == [({"terrain": True}, who.seat)] * 2
+    assert live.state.footfall is chosen

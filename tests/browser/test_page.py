@@ -10,7 +10,7 @@ import numpy as np
 import pytest
 from playwright.sync_api import FilePayload, Page, expect
 
-import footfall_ui.scene.drawing
+import footfall_ui.scene.clicks
 from tests.support.page_steps import as_shown, figure, held
 from tests.support.server import Running
 from tests.support.waiting import until
@@ -32,8 +32,8 @@ def picked(monkeypatch: pytest.MonkeyPatch) -> list[Any]:
         found.append(pick(*ray))
         return found[-1]
 
-    pick = footfall_ui.scene.drawing.pick
-    monkeypatch.setattr(footfall_ui.scene.drawing, "pick", kept)
+    pick = footfall_ui.scene.clicks.pick
+    monkeypatch.setattr(footfall_ui.scene.clicks, "pick", kept)
     return found
 
 

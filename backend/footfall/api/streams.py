@@ -149,7 +149,7 @@ async def session_stream(
                     if live.choices.concerns(mailbox.who, message["seat"]):
                         view = live.choices.of(mailbox.who).view
                         yield ServerSentEvent(raw_data=dumps(asdict(view)), event="view")
-                else:
+                elif message["type"] != "missed" or mailbox.who.seat == message["seat"]:
                     yield ServerSentEvent(raw_data=dumps(message[message["type"]]), event=message["type"])
     finally:
         unlisten()

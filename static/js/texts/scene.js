@@ -25,6 +25,7 @@ export const look = (how) => `Look: ${how}`;
 export const onOrOff = (what) => `Scene: ${what} on or off`;
 export const whatItShows = "What the scene shows";
 export const opacity = (hundredths) => `${hundredths} %`;
+export const clickMissed = "The click met no known ground: click where the ground has colours.";
 export const otherEnd = "Click on the other end.";
 export const twoPoints = "Click on two points of the ground.";
 export const measured = (length, level, height) => `${metres(length)}, level ${metres(level)}, height ${signed(height)} m`;

@@ -86,6 +86,11 @@ class PageChoices:
     def _tell_choices(self) -> None:
         self._core.folded_log.tell("view", view=asdict(self.view), seat=self._seat())
 
+    def tell_missed(self) -> None:
+        """Let the page that acts hear that its click met no ground; no other page does."""
+        missed = {"terrain": self._core.state.dem is not None}
+        self._core.folded_log.tell("missed", missed=missed, seat=self._seat())
+
     def require_own(self) -> None:
         """What is chosen is chosen of what is in sight. Raises Conflict where that is another page's."""
         if self._own_choices(actor()).view.follows and self._conn_seat() != self._seat():
