@@ -3,15 +3,29 @@
 import { post, request } from "./api.js";
 import { attempt } from "./dom.js";
 import { refresh } from "./stream.js";
-import { known } from "./store.js";
+import { changed, known } from "./store.js";
 import { settled } from "./panels/hand.js";
 import { settled as typed } from "./panels/through.js";
 
 const ofThisVersion = () => ({ "If-Match": known.sequence.etag });
 
 // One after the other: each changes the version that the one before left.
+/** @type {Promise<any>} */
 let latest = Promise.resolve();
-const inTurn = (make) => (latest = latest.then(() => attempt(make)));
+let onTheWay = 0;
+
+// Whether the server has still to answer an edit. Until then what was typed stays in sight, not what was there before.
+export const isOnItsWay = () => onTheWay > 0;
+
+function inTurn(make) {
+  onTheWay += 1;
+  const mine = latest.then(() => attempt(make)).finally(() => {
+    onTheWay -= 1;
+    queueMicrotask(changed); // what goes wrong there keeps no later edit back
+  });
+  latest = mine;
+  return mine;
+}
 
 // Whether it was made.
 export const edit = (change) => inTurn(async () => {

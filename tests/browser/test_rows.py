@@ -1,10 +1,12 @@
 """Rows of the command list: chosen, moved, split, joints turned; every edit is checked at once and can be undone."""
 
-from playwright.sync_api import Page, expect
+from playwright.sync_api import Page, Route, expect
 
 from footfall.planning.step.problem import StepSettings
 from tests.support.server import Running
 from tests.support.waiting import until
+
+DRAWN = "async () => (await import('/js/store.js')).changed()"
 
 
 def commands(quiet: Running) -> list[dict]:
@@ -55,6 +57,32 @@ def test_a_row_is_copied_and_the_copy_changed(console: Page, quiet: Running) -> 
     until(lambda: commands(quiet)[3] != before[2], "the change")
     assert commands(quiet)[2] == before[2]
     assert commands(quiet)[3]["joints"][1:] == before[2]["joints"][1:]
+
+
+def test_what_was_typed_stays_until_the_server_has_answered(console: Page, quiet: Running) -> None:
+    waiting: list[Route] = []
+    console.route(
+        "**/sequences/*", lambda one: waiting.append(one) if one.request.method == "PATCH" else one.continue_()
+    )
+    console.get_by_role("button", name="Row 2", exact=True).click()
+    first, joint = console.get_by_label("Seconds of row 1", exact=True), console.locator("#row-joints input").first
+    before, turned = commands(quiet)[0]["duration"], joint.input_value()
+    first.fill("9")
+    first.press("Enter")
+    until(lambda: console.evaluate(DRAWN) or waiting, "the page's question")
+    expect(first).to_have_value("9")
+    assert commands(quiet)[0]["duration"] == before
+    waiting.pop().continue_()
+    until(lambda: commands(quiet)[0]["duration"] == 9, "the edit")
+    expect(first).to_have_value("9.000")
+    # refused, it is as it was
+    joint.fill("0.1234")
+    joint.press("Enter")
+    until(lambda: console.evaluate(DRAWN) or waiting, "the page's question")
+    expect(joint).to_have_value("0.1234")
+    waiting.pop().fulfill(status=409, json={"detail": "not now"})
+    expect(console.locator("#toast")).to_contain_text("not now")
+    expect(joint).to_have_value(turned)
 
 
 def test_a_joint_beyond_its_limit_is_marked(console: Page, quiet: Running) -> None:

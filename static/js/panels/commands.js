@@ -4,7 +4,7 @@ import { ROOT, once, post, request } from "../api.js";
 import { choices } from "../choices.js";
 import { act } from "../acts.js";
 import { $, asTyped, attempt, element, fixed } from "../dom.js";
-import { edit, redo, undo } from "../edits.js";
+import { edit, isOnItsWay, redo, undo } from "../edits.js";
 import { answered, awaited } from "../planning.js";
 import { alive, changed, known, silent, subscribe } from "../store.js";
 import * as texts from "../texts/commands.js";
@@ -160,7 +160,7 @@ function drawTable(summary, sequence) {
   const broken = sequence?.rules.filter((rule) => !rule.holds) ?? [];
   $("sequence-text").className = !sequence ? "" : sequence.valid ? "yes" : "no";
   $("sequence-text").textContent = !sequence ? texts.noCommandsYet : texts.summary(sequence.commands.length, sequence.duration, sequence.valid ? texts.rulesHold : broken.map(texts.ruleTold).join("; "));
-  if (focused?.matches("input")) return; // the rows stay under the hands of somebody who types
+  if (focused?.matches("input") || isOnItsWay()) return; // the rows stay under the hands of somebody who types
   drawn = key;
   if (!sequence) return;
   $("commands").tBodies[0].replaceChildren(...sequence.commands.flatMap((command, row) => [groupRow(sequence, row), tableRow(command, row, broken, states.get(row), toldTether(sequence, row))]).filter(Boolean));

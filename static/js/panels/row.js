@@ -2,7 +2,7 @@
 
 import { act } from "../acts.js";
 import { $, asTyped, element } from "../dom.js";
-import { edit } from "../edits.js";
+import { edit, isOnItsWay } from "../edits.js";
 import { known, subscribe } from "../store.js";
 import * as texts from "../texts/commands.js";
 import { shortName } from "./legs.js";
@@ -10,6 +10,7 @@ import { shortName } from "./legs.js";
 const listeners = [];
 let chosen = null; // row, from 0
 let drawn = "";
+let shown = null; // the row that the fields are of
 
 export function start() {
   const last = () => known.sequence.commands.length - 1;
@@ -56,8 +57,9 @@ function draw() {
   $("row-edit").hidden = row === null;
   const key = JSON.stringify([known.sequence?.digest, row]);
   // not under the hands of somebody who types
-  if (row === null || key === drawn || $("row-joints").contains(document.activeElement)) return;
+  if (row === null || key === drawn || $("row-joints").contains(document.activeElement) || (isOnItsWay() && row === shown)) return;
   drawn = key;
+  shown = row;
   const command = known.sequence.commands[row];
   $("row-title").textContent = texts.rowTold(row + 1, command.name, command.leg, command.phase);
   $("row-joints").replaceChildren(...(command.joints ?? []).map((angle, joint) => jointField(command, row, joint, angle)));
