@@ -1,7 +1,8 @@
-// A game controller or 3-D mouse, as browsers tell of them: it turns the view and moves the ghost. Nothing of it is ever sent.
+// A game controller, as browsers tell of them: it turns the view and moves the ghost. Nothing of it is ever sent.
 
 import { actOfKey, perform } from "./acts.js";
-import { $, toast } from "./dom.js";
+import { holdCamera, isAtThePage } from "./camerakeys.js";
+import { toast } from "./dom.js";
 import { explainKey } from "./keys.js";
 import * as texts from "./texts/controller.js";
 
@@ -18,7 +19,6 @@ const AXES = [["KeyA", "KeyD"], ["KeyW", "KeyS"], ["ArrowLeft", "ArrowRight"], [
 const TRIGGERS = { 6: "KeyQ", 7: "KeyE" };
 
 const acted = new Map(); // button → when it acted [ms]
-let held = new Set(); // camera keys
 let timer = 0;
 
 export function startController() {
@@ -35,7 +35,7 @@ function begin({ gamepad }) {
 const connected = () => [...navigator.getGamepads()].filter((one) => one?.connected && one.mapping === "standard");
 
 function look() {
-  const pads = document.hasFocus() || document.activeElement === $("scene") ? connected() : [];
+  const pads = isAtThePage() ? connected() : [];
   const isPressed = (button) => pads.some((pad) => (pad.buttons[button]?.value ?? 0) > PUSHED);
   const now = performance.now();
   for (const [button, key] of Object.entries(ACTS)) {
@@ -53,18 +53,9 @@ function look() {
       if (Math.abs(pushed) > PUSHED) wanted.add(pushed < 0 ? less : more);
     });
   }
-  hold(wanted);
+  holdCamera("controller", wanted);
   if (![...navigator.getGamepads()].some((one) => one?.connected)) {
     clearInterval(timer);
     timer = 0;
   }
-}
-
-// The scene's camera is told as if its own keys were held. The events have no key, so no other part of the page takes them.
-function hold(wanted) {
-  const inside = $("scene").contentDocument;
-  const tell = (type, code) => inside?.dispatchEvent(new KeyboardEvent(type, { code, bubbles: true }));
-  for (const code of held) if (!wanted.has(code)) tell("keyup", code);
-  for (const code of wanted) if (!held.has(code)) tell("keydown", code);
-  held = wanted;
 }

@@ -9,6 +9,7 @@ import { listenForKeys } from "./keys.js";
 import { loadLayers } from "./layers.js";
 import { startLayout } from "./layout.js";
 import { startPalette } from "./palette.js";
+import { startPuck } from "./puck.js";
 import { startSamples } from "./samples.js";
 import { startScene } from "./scene.js";
 import { changed, known } from "./store.js";
@@ -64,6 +65,7 @@ async function start() {
   listenForKeys(status.stop);
   startPalette();
   startController();
+  startPuck();
   startLayout();
   await account.start();
   const robot = await get("/robot");

@@ -1,4 +1,4 @@
-"""A game controller moves view and ghost, and sends nothing. What the browser tells of it is simulated."""
+"""A game controller or 3-D mouse moves the view, and sends nothing. What the browser tells of them is simulated."""
 
 import re
 from collections.abc import Callable
@@ -89,6 +89,55 @@ def test_camera_keys_are_held_as_long_as_a_stick_is_pushed(console: Page) -> Non
     console.wait_for_function("() => heard.length === 4")
     told = console.evaluate("heard")
     assert told == ["keydown KeyW", "keyup KeyW", "keydown KeyE", "keyup KeyE"]
+
+
+PUCK = """() => {
+  const puck = Object.assign(new EventTarget(), { productName: "Simulated puck", opened: false });
+  puck.open = async () => { puck.opened = true; };
+  window.report = (reportId, numbers) => {
+    const data = new DataView(new ArrayBuffer(2 * numbers.length));
+    numbers.forEach((one, i) => data.setInt16(2 * i, one, true));
+    puck.dispatchEvent(Object.assign(new Event("inputreport"), { reportId, data }));
+  };
+  const hid = Object.assign(new EventTarget(), { getDevices: async () => [], requestDevice: async () => [puck] });
+  window.pullOut = () => hid.dispatchEvent(Object.assign(new Event("disconnect"), { device: puck }));
+  Object.defineProperty(navigator, "hid", { value: hid });
+}"""
+
+
+def test_a_3_d_mouse_holds_camera_keys_and_sends_nothing(console: Page) -> None:
+    console.add_init_script(f"({PUCK})()")
+    console.reload()
+    expect(console.locator("#timeline-text")).to_contain_text("Latest")
+    console.evaluate("""() => {
+      window.heard = [];
+      const inside = document.getElementById("scene").contentDocument;
+      const hear = one => heard.push(`${one.type} ${one.code}${one.key}`);
+      for (const type of ["keydown", "keyup"]) inside.addEventListener(type, hear);
+    }""")
+    console.keyboard.press("Control+k")
+    console.locator("#palette-input").fill("3-D mouse")
+    console.keyboard.press("Enter")
+    expect(console.get_by_text("3-D mouse connected: Simulated puck.")).to_be_visible()
+    changes: list[Request] = []
+    console.on("request", lambda one: changes.append(one) if one.method != "GET" else None)
+    console.evaluate("report(1, [350, -99, 0])")  # to the right; what is pushed little does nothing
+    console.evaluate("report(2, [0, 300, -200])")  # to the left, as it is turned
+    console.evaluate("report(1, [0, -200, 0])")  # away
+    console.evaluate("report(3, [1])")  # a button
+    console.evaluate("report(1, [0, 0, 0, 150, 0, 0])")  # of a newer one: turns come along
+    console.evaluate("pullOut()")
+    assert console.evaluate("heard") == [
+        "keydown KeyD",
+        "keydown ArrowLeft",
+        "keyup KeyD",
+        "keydown KeyW",
+        "keyup KeyW",
+        "keyup ArrowLeft",
+        "keydown ArrowUp",
+        "keyup ArrowUp",
+    ]
+    assert changes == []
 
 
 def test_one_whose_buttons_are_not_known_is_not_used(console: Page) -> None:
