@@ -78,6 +78,14 @@ function put({ name, home }, place) {
   redraw();
 }
 
+// Over the whole scene, or back to where it belongs.
+export function enlarge(name) {
+  reveal(name);
+  const isLarge = placeOf(areas.find((area) => area.name === name)) === "scene";
+  kept.change({ placed: { ...kept.placed(), [name]: isLarge ? undefined : { at: "scene", ...floats.wholeRoom() } } });
+  redraw();
+}
+
 // -- themes ----------------------------------------------------------------------------------------
 
 function startThemes() {

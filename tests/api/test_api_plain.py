@@ -9,6 +9,7 @@ import numpy as np
 import pytest
 
 from footfall.api.bodies.jsonable import dumps, jsonable
+from footfall.io.image_files import decode_image
 from tests.support.problems import problem
 
 
@@ -78,6 +79,9 @@ def test_terrain_is_described_and_downloaded(client, tmp_path):
     path.write_bytes(client.get(f"/sessions/current/terrains/{about['digest']}.npz").content)
     assert read_terrain(path).heights.max() == pytest.approx(about["highest"])
     problem(client.get("/sessions/current/terrains/current.docx"), 422, "validation")
+    picture = client.get("/sessions/current/terrains/current/relief.png")
+    assert picture.headers["content-type"] == "image/png"
+    assert decode_image(picture.content).shape[:2] == (about["rows"], about["cols"])
 
 
 def test_pick_meets_the_ground_at_its_height(client):

@@ -56,7 +56,7 @@ def test_suggestions_and_two_layers_side_by_side(console: Page, quiet: Running, 
     until(lambda: held(quiet)["footfall"]["x"] == suggested[0]["x"], "the suggested footfall")
     assert held(quiet)["footfall_answer"]["acceptable"]
 
-    console.locator("#panel-map summary").click()
+    console.locator("#area-map").click()
     sides = [console.locator("#map-left"), console.locator("#map-right")]
     with quiet.client() as client:
         about = client.get(f"/sessions/current/maps/{digest}").json()
@@ -76,9 +76,11 @@ def test_suggestions_and_two_layers_side_by_side(console: Page, quiet: Running, 
     expect(read).to_contain_text("slope")
     told = re.search(r"\(([−\d.]+), [−\d.]+\) m", read.inner_text())
     assert told is not None
-    grid = about["geometry"]
-    expected = grid["x0"] + grid["resolution"] * (0.4 * grid["cols"] - 0.5)
-    assert abs(float(told[1].replace("−", "-")) - expected) < 2 * grid["resolution"] + 0.01
+    width, height = sides[0].evaluate("side => [side.clientWidth, side.clientHeight]")
+    west, south, east, north = held(quiet)["terrain"]["bounds"]
+    scale = 0.92 * min(width / (east - west), height / (north - south))  # all of the ground is in sight
+    expected = (west + east) / 2 + (0.4 * box["width"] - 1 - width / 2) / scale
+    assert abs(float(told[1].replace("−", "-")) - expected) < 2 * about["geometry"]["resolution"] + 0.01
     look("side-by-side")
 
 

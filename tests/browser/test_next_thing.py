@@ -51,7 +51,7 @@ def asked(states: list[dict]) -> list[dict]:
     return of_page(SCRIPT, "nextthing.js", states)
 
 
-def of_page(script: str, module: str, given: list[dict]) -> list:
+def of_page(script: str, module: str, given: list) -> list:
     done = node(
         ["--input-type=module", "--eval", script, (STATIC / "js" / module).as_uri()],
         return_completed_process=True,

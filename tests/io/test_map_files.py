@@ -1,5 +1,6 @@
 """Maps as files: what is written comes back, and what can't be written is refused before anything is."""
 
+import io
 import json
 
 import numpy as np
@@ -10,9 +11,9 @@ from PIL import Image
 from footfall.core.errors import InvalidInput, InvalidTerrain, NotFound
 from footfall.core.grid import GridGeometry
 from footfall.core.value import Provenance
-from footfall.io.map_files import ALL, ONE, layer_npy, maps_geotiff, require_map_file, write_maps
+from footfall.io.map_files import ALL, ONE, layer_npy, maps_geotiff, relief_png, require_map_file, write_maps
 from footfall.io.terrain_files import read_terrain, write_terrain
-from footfall.maps.colors import layer_rgb
+from footfall.maps.colors import BARE_RGB, UNKNOWN_RGB, layer_rgb
 from footfall.maps.layers import LAYERS, MapStack
 from footfall.maps.reach_classes import BEYOND, HINDERED_BY, UNSEEN
 from footfall.robot.obstacles import TERRAIN as GROUND
@@ -136,3 +137,19 @@ def test_a_layer_that_these_maps_lack_is_named(stack, tmp_path):
         with pytest.raises(NotFound, match=r"'torque_ratio'.*footing"):
             write_maps(lacking, tmp_path / name, "torque_ratio")
     assert list(tmp_path.iterdir()) == []
+
+
+def test_the_lit_ground_has_north_up_its_light_from_the_north_west_and_unknown_ground_in_its_colour():
+    """A pyramid: the two of its sides toward the light are brighter than level ground, and the two others darker."""
+    away = np.abs(np.arange(41) - 20)
+    heights = (0.3 * np.maximum(8.0 - np.maximum(away[:, None], away), 0.0) * 0.1).astype(np.float32)
+    heights[-3:, :5] = np.nan  # in the north-west corner
+    picture = np.asarray(Image.open(io.BytesIO(relief_png(from_heights(heights, 0.1)))).convert("RGB")).astype(int)
+    assert picture.shape == (41, 41, 3)
+    assert (picture[:3, :5] == UNKNOWN_RGB).all()
+    assert (picture[3:, :] != UNKNOWN_RGB).any(axis=-1).all()
+    brightness = picture.sum(axis=-1)
+    level = brightness[38, 38]
+    assert level == pytest.approx(0.9 * sum(BARE_RGB), abs=3)
+    north, south, west, east = brightness[16, 20], brightness[24, 20], brightness[20, 16], brightness[20, 24]
+    assert min(north, west) > level > max(south, east)

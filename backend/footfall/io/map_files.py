@@ -12,8 +12,11 @@ from rasterio.io import MemoryFile
 from footfall.core.errors import InvalidInput, NotFound
 from footfall.io.image_files import encode_png
 from footfall.io.terrain_geotiff import SITE_CRS, north_up
-from footfall.maps.colors import HATCH_RGB, UNKNOWN_RGB, hatched, layer_rgb
+from footfall.maps.colors import BARE_RGB, HATCH_RGB, UNKNOWN_RGB, hatched, layer_rgb
 from footfall.maps.layers import ALL_LAYERS, MapStack
+from footfall.maps.over_imagery import darkened, grain
+from footfall.terrain.dem import Dem
+from footfall.terrain.ground.shading import relief
 
 ALL, ONE = (".tif", ".tiff", ".npz"), (".png", ".npy")
 
@@ -50,6 +53,15 @@ def maps_geotiff(stack: MapStack) -> bytes:
 def layer_png(stack: MapStack, layer: str) -> bytes:
     """One layer in the colours of the page, north up. Raises NotFound for a layer that the stack lacks."""
     return encode_png(np.ascontiguousarray(layer_rgb(stack, layer)[::-1]))
+
+
+def relief_png(dem: Dem) -> bytes:
+    """The ground as the assumed light and the images' grain show it, north up; what nobody saw has its own colour."""
+    known = np.isfinite(dem.heights)
+    bare = np.full((*known.shape, 3), BARE_RGB, np.uint8)
+    rgb = darkened(bare, np.where(known, relief(dem) * grain(dem), 0.0))
+    rgb[~known] = UNKNOWN_RGB
+    return encode_png(np.ascontiguousarray(rgb[::-1]))
 
 
 def changed_png(changed: NDArray[np.bool_]) -> bytes:

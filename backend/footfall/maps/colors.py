@@ -39,6 +39,8 @@ HATCH_RGB: Rgb = (255, 201, 77)
 HATCH = 6
 """Cells from one stripe to the next where the ground has changed since."""
 UNKNOWN_RGB: Rgb = (134, 150, 178)
+BARE_RGB: Rgb = (176, 170, 160)
+"""Level, open ground without a layer; no layer has a grey so warm."""
 OUT_OF_RANGE_RGB: Rgb = (116, 112, 108)
 NO_SOLUTION_RGB: Rgb = (190, 38, 45)
 

@@ -30,6 +30,9 @@ export function firstBox() {
   return fitted({ left: Infinity, top: room().top + others * 3 * STEP, ...SIZE }, room());
 }
 
+// All of the scene that nothing else takes.
+export const wholeRoom = () => ({ ...room() });
+
 export function draw(panel, box) {
   const { left, top, width, height } = fitted(box, room());
   Object.assign(panel.style, { left: `${left}px`, top: `${top}px`, width: `${width}px`, height: `${height}px` });

@@ -1,102 +1,188 @@
-// Map: two layers side by side, seen from above, with what every layer says of the point under the pointer.
+// Map: the ground seen from above, north up, with rover, route and walk; layers of the maps over it, one or two side by side, and
+// what every layer says of the point under the pointer.
 
 import { act } from "../acts.js";
 import { ROOT, get } from "../api.js";
+import { fitted, moved, toPixel, toSite, zoomed } from "../above.js";
+import { COLOURS, cross, paintMarks, paintScale } from "../abovemarks.js";
 import { chooseFootfall } from "../choosing.js";
 import { $, asTyped, attempt, element } from "../dom.js";
+import { explainKey, heardFirst } from "../keys.js";
 import { layerOptions, subscribeToLayers } from "../layers.js";
-import { reveal } from "../layout.js";
+import { enlarge, isShown, reveal } from "../layout.js";
 import { known, subscribe } from "../store.js";
 import * as texts from "../texts/ground.js";
 import * as shared from "../texts/shared.js";
+import { ink } from "../themes.js";
 import { picks, setGoal } from "./goal.js";
+import { placesSaid } from "./walk.js";
 
 const SIDES = ["left", "right"];
 const FIRST = { left: "footing", right: "footing_friction" };
 const PATIENCE = 120; // ms between two read-outs while the pointer moves
+const CLOSER = 1.5; // times as large
+const WHEEL = 0.0015; // of a power of e for each pixel
+const STEP = 40; // px
+const CLICK = 4; // px: a hand that moves farther drags the map
+const CLOSE = 60; // pixels a metre, from which the rover fills a part of the picture
 
 let about = null; // what the server says of the shown maps: geometry, layers
 let aboutFor = "";
-let groundFor = ""; // digest of the terrain that the stripes are of
+let groundFor = ""; // digest of the terrain that is shown, and that the stripes are of
+let ground = null; // its picture
 let asked = 0; // of the latest read-out that was asked for
 let waiting = 0;
 let cursor = null; // [x, y] under the pointer [m]
+let lie = null; // how the map lies in its picture; null: all of the ground is in sight
 
-const stripes = { left: null, right: null }; // over them, where newer ground has made them wrong
+const stripes = { left: null, right: null }; // over the layers, where newer ground has made them wrong
 const pictures = { left: null, right: null };
 
 export function start() {
   for (const side of SIDES) {
-    const canvas = $(`map-${side}`);
+    listen($(`map-${side}`));
     $(`map-layer-${side}`).addEventListener("change", () => loadPicture(side));
-    canvas.addEventListener("pointermove", (event) => readOut(place(canvas, event)));
-    canvas.addEventListener("pointerleave", () => { cursor = null; paint(); });
-    canvas.addEventListener("click", (event) => chooseAt(place(canvas, event)));
   }
   subscribeToLayers(() => SIDES.forEach((side) => {
     const shown = $(`map-layer-${side}`).value || FIRST[side];
     $(`map-layer-${side}`).replaceChildren(...layerOptions());
     $(`map-layer-${side}`).value = shown;
   }));
-  act({ key: "V", text: texts.showMap, run: toggle });
-  $("panel-map").addEventListener("toggle", () => draw(known));
+  const some = () => (known.summary?.dem ? "" : shared.noTerrain);
+  act({ key: "V", text: texts.showMap, run: () => reveal("map") });
+  act({ text: texts.mapLarge, button: "map-large", run: () => enlarge("map") });
+  act({ text: texts.mapCloser, button: "map-in", run: () => zoom(CLOSER), refusal: some });
+  act({ text: texts.mapFarther, button: "map-out", run: () => zoom(1 / CLOSER), refusal: some });
+  act({ text: texts.mapWhole, button: "map-all", run: () => show(null), refusal: some });
+  act({ text: texts.mapRover, button: "map-rover", run: toRover, refusal: () => some() || (known.frame ? "" : shared.noTelemetry) });
+  $("map-two").addEventListener("change", () => draw(known));
+  for (const [keys, text] of texts.MAP_KEYS) explainKey(keys, text);
+  heardFirst(press);
   subscribe(draw);
 }
 
-function toggle() {
-  $("panel-map").open = !$("panel-map").open;
-  if ($("panel-map").open) reveal("footfall");
+// -- how it lies -----------------------------------------------------------------------------------
+
+const sizeOf = ({ clientWidth: width, clientHeight: height }) => ({ width, height });
+const lies = (size) => lie ?? fitted(groundBounds(), size);
+
+function show(next) {
+  lie = next;
+  paint();
 }
 
+// About the middle, or about a pixel of a canvas.
+function zoom(by, canvas = $("map-left"), at = null) {
+  const size = sizeOf(canvas);
+  show(zoomed(lies(size), size, by, at ?? [size.width / 2, size.height / 2]));
+}
+
+const shift = (by) => show(moved(lies(sizeOf($("map-left"))), by));
+
+function toRover() {
+  const { T_site_base: T } = known.frame;
+  show({ x: T[0][3], y: T[1][3], scale: Math.max(CLOSE, lies(sizeOf($("map-left"))).scale) });
+}
+
+const KEYS = {
+  "+": () => zoom(CLOSER), "-": () => zoom(1 / CLOSER), Home: () => show(null),
+  ArrowLeft: () => shift([STEP, 0]), ArrowRight: () => shift([-STEP, 0]), ArrowUp: () => shift([0, STEP]), ArrowDown: () => shift([0, -STEP]),
+};
+
+function press({ key, target }) {
+  if (!(key in KEYS) || !SIDES.some((side) => target === $(`map-${side}`)) || !known.summary?.dem) return false;
+  KEYS[key]();
+  return true;
+}
+
+// -- a hand on it ----------------------------------------------------------------------------------
+
+const pixel = (canvas, event) => {
+  const box = canvas.getBoundingClientRect();
+  return [event.clientX - box.left - canvas.clientLeft, event.clientY - box.top - canvas.clientTop];
+};
+const placeAt = (canvas, event) => toSite(lies(sizeOf(canvas)), sizeOf(canvas), pixel(canvas, event));
+/** @param {[number, number]} at */
 const chooseAt = ([x, y]) => (picks() ? setGoal(x, y) : chooseFootfall(x, y));
 
-/** @returns {[number, number]} */
-function place(canvas, event) {
-  const box = canvas.getBoundingClientRect();
-  const { x0, y0, resolution, rows, cols } = about.geometry;
-  return [
-    x0 + resolution * (((event.clientX - box.left) / box.width) * cols - 0.5),
-    y0 + resolution * ((1 - (event.clientY - box.top) / box.height) * rows - 0.5),
-  ];
+function listen(canvas) {
+  let down = null; // where a hand took hold, and how the map lay then
+  let drags = false;
+  canvas.addEventListener("pointerdown", (event) => {
+    if (event.button !== 0 || !known.summary?.dem) return;
+    down = { at: pixel(canvas, event), lie: lies(sizeOf(canvas)) };
+    drags = false;
+    canvas.setPointerCapture(event.pointerId);
+  });
+  canvas.addEventListener("pointermove", (event) => {
+    if (!known.summary?.dem) return;
+    if (down) {
+      const by = pixel(canvas, event).map((one, i) => one - down.at[i]);
+      drags ||= Math.hypot(...by) > CLICK;
+      if (drags) show(moved(down.lie, by));
+    } else readOut(placeAt(canvas, event));
+  });
+  canvas.addEventListener("pointerup", (event) => {
+    if (down && !drags) chooseAt(placeAt(canvas, event));
+    down = null;
+  });
+  canvas.addEventListener("pointercancel", () => { down = null; });
+  canvas.addEventListener("pointerleave", () => { cursor = null; paint(); });
+  canvas.addEventListener("wheel", (event) => {
+    if (!known.summary?.dem) return;
+    event.preventDefault();
+    zoom(Math.exp(-WHEEL * event.deltaY), canvas, pixel(canvas, event));
+  }, { passive: false });
+  new ResizeObserver(paint).observe(canvas);
 }
 
+// -- what is shown ---------------------------------------------------------------------------------
+
 async function draw({ summary }) {
-  if (!summary || !$("panel-map").open) return;
+  if (!summary || !isShown("map")) return;
   const leg = summary.view.leg;
   const fit = summary.up_to_date.maps[leg];
-  const wanted = fit?.fits || fit?.partly ? summary.maps[leg] : "";
+  const wanted = (fit?.fits || fit?.partly ? summary.maps[leg] : "") ?? "";
   const partly = wanted && fit.partly;
   $("map-note").hidden = Boolean(wanted && !partly);
-  $("map-note").textContent = partly ? texts.mapStriped(leg, fit.reason) : fit && !wanted ? texts.mapHidden(leg, fit.reason) : texts.noMap(leg);
-  $("map-sides").hidden = !wanted;
+  $("map-note").textContent = !summary.dem ? texts.buildOrLoad : partly ? texts.mapStriped(leg, fit.reason) : fit && !wanted ? texts.mapHidden(leg, fit.reason) : texts.noMap(leg);
+  $("map-sides").hidden = !summary.dem;
+  $("map-side-right").hidden = !$("map-two").checked;
+  if (summary.dem !== groundFor) loadGround(summary.dem);
   if (wanted !== aboutFor) {
     aboutFor = wanted;
-    groundFor = summary.dem;
     about = wanted ? await attempt(() => get(`/sessions/current/maps/${wanted}`)) : null;
-    if (about) SIDES.forEach(loadPicture);
-  } else if (about && summary.dem !== groundFor) {
-    groundFor = summary.dem;
-    SIDES.forEach(loadStripes);
+    if (aboutFor !== wanted) return; // others are asked for by now
+    SIDES.forEach(loadPicture);
   }
   paint();
 }
 
+function loadGround(dem) {
+  groundFor = dem;
+  ground = null;
+  if (dem) load(`terrains/${dem}/relief.png`, (image) => { if (groundFor === dem) ground = image; });
+  if (about) SIDES.forEach(loadStripes);
+}
+
+const layerOf = (side) => $(`map-layer-${side}`).value || FIRST[side];
+
 function loadPicture(side) {
-  const layer = $(`map-layer-${side}`).value || FIRST[side];
   pictures[side] = null;
+  const [layer, digest] = [layerOf(side), about?.digest];
   if (!about?.layers[layer]) {
     paint();
     return;
   }
   loadStripes(side);
-  load(`${layer}.png`, (image) => { pictures[side] = image; });
+  load(`maps/${digest}/${layer}.png`, (image) => { if (about?.digest === digest && layerOf(side) === layer) pictures[side] = image; });
 }
 
 function loadStripes(side) {
   stripes[side] = null;
   if (known.summary.dem === about.parents.dem) return;
-  const layer = $(`map-layer-${side}`).value || FIRST[side];
-  load(`changed.png?layer=${encodeURIComponent(layer)}&ground=${groundFor}`, (image) => { stripes[side] = image; });
+  const [of, digest] = [groundFor, about.digest];
+  load(`maps/${digest}/changed.png?layer=${encodeURIComponent(layerOf(side))}&ground=${of}`, (image) => { if (about?.digest === digest && groundFor === of) stripes[side] = image; });
 }
 
 function load(file, taken) {
@@ -105,56 +191,68 @@ function load(file, taken) {
     taken(image);
     paint();
   };
-  image.src = `${ROOT}/sessions/${encodeURIComponent(known.summary.id)}/maps/${about.digest}/${file}`;
+  image.src = `${ROOT}/sessions/${encodeURIComponent(known.summary.id)}/${file}`;
+}
+
+function groundBounds() {
+  const [west, south, east, north] = known.summary.terrain.bounds;
+  return { west, south, east, north };
+}
+
+// The same of a grid whose x0, y0 is the middle of its first cell.
+function boundsOf({ x0, y0, resolution, rows, cols }) {
+  const [west, south] = [x0 - resolution / 2, y0 - resolution / 2];
+  return { west, south, east: west + cols * resolution, north: south + rows * resolution };
 }
 
 function paint() {
-  if (!about) return;
-  const { rows, cols } = about.geometry;
-  for (const side of SIDES) {
-    const canvas = $(`map-${side}`);
-    canvas.width = cols;
-    canvas.height = rows;
-    const pen = canvas.getContext("2d");
-    const stale = known.summary.dem !== about.parents.dem && !stripes[side]; // where it holds is not there yet
-    if (pictures[side] && !stale) {
-      pen.drawImage(pictures[side], 0, 0, cols, rows);
-      if (stripes[side]) pen.drawImage(stripes[side], 0, 0, cols, rows);
-    } else if (!pictures[side]) {
-      pen.fillStyle = "#e8edf3";
-      pen.font = `${Math.round(cols / 16)}px system-ui, sans-serif`;
-      pen.fillText(shared.notComputed, cols / 20, rows / 2);
-    }
-    if (known.summary.footfall) mark(pen, [known.summary.footfall.x, known.summary.footfall.y], "#ffffff");
-    if (cursor) mark(pen, cursor, "#ffc94d");
-  }
+  if (!known.summary?.terrain || !isShown("map")) return;
+  for (const side of SIDES) if ($(`map-${side}`).clientWidth) paintSide(side, $(`map-${side}`));
 }
 
-function mark(pen, [x, y], color) {
-  const { x0, y0, resolution, rows, cols } = about.geometry;
-  const u = (x - x0) / resolution + 0.5;
-  const v = rows - ((y - y0) / resolution + 0.5);
-  const size = cols / 40;
-  for (const [width, style] of [[cols / 120, "#000000"], [cols / 240, color]]) {
-    pen.lineWidth = width;
-    pen.strokeStyle = style;
-    pen.beginPath();
-    pen.moveTo(u - size, v);
-    pen.lineTo(u + size, v);
-    pen.moveTo(u, v - size);
-    pen.lineTo(u, v + size);
-    pen.stroke();
+function paintSide(side, canvas) {
+  const size = sizeOf(canvas);
+  const density = window.devicePixelRatio || 1;
+  canvas.width = Math.round(size.width * density);
+  canvas.height = Math.round(size.height * density);
+  const pen = canvas.getContext("2d");
+  pen.scale(density, density);
+  pen.imageSmoothingEnabled = false;
+  pen.fillStyle = ink("well");
+  pen.fillRect(0, 0, size.width, size.height);
+  const lying = lies(size);
+  const place = (at) => toPixel(lying, size, at);
+  const lay = (image, bounds) => {
+    const [[left, top], [right, bottom]] = [place([bounds.west, bounds.north]), place([bounds.east, bounds.south])];
+    pen.drawImage(image, left, top, right - left, bottom - top);
+  };
+  if (ground) lay(ground, groundBounds());
+  const where = about && boundsOf(about.geometry);
+  const stale = about && known.summary.dem !== about.parents.dem && !stripes[side]; // where it holds is not there yet
+  if (pictures[side] && !stale) {
+    lay(pictures[side], where);
+    if (stripes[side]) lay(stripes[side], where);
+  } else if (about && !about.layers[layerOf(side)]) {
+    pen.fillStyle = ink("text");
+    pen.font = "14px system-ui, sans-serif";
+    pen.fillText(shared.notComputed, 12, 24);
   }
+  paintMarks(pen, place, known, placesSaid());
+  if (cursor) cross(pen, place(cursor), COLOURS.pointer);
+  paintScale(pen, lying, size);
 }
+
+// -- what is read ----------------------------------------------------------------------------------
 
 function readOut(at) {
   cursor = at;
   paint();
   clearTimeout(waiting);
+  if (!about) return;
   waiting = setTimeout(async () => {
     const mine = ++asked;
     const [x, y] = at;
-    const answer = await attempt(() => get(`/sessions/current/maps/${about.digest}/at?x=${asTyped(x, 4)}&y=${asTyped(y, 4)}`));
+    const answer = about && await attempt(() => get(`/sessions/current/maps/${about.digest}/at?x=${asTyped(x, 4)}&y=${asTyped(y, 4)}`));
     if (answer && mine === asked) showPoint(answer);
   }, PATIENCE);
 }
@@ -168,3 +266,6 @@ export function showPoint(answer) {
     element("ul", {}, ...answer.lines.map((line) => element("li", { textContent: line }))),
   );
 }
+
+// Where a place is in the left picture [px], for whoever drives this page.
+export const pixelOf = (at) => toPixel(lies(sizeOf($("map-left"))), sizeOf($("map-left")), at);

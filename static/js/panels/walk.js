@@ -61,6 +61,9 @@ function say(wanted) {
   $("walk-places-text").textContent = told && texts.placesTold(told);
 }
 
+// What was said: { forbidden: [{x, y}], pinned: [{x, y, leg}] }.
+export const placesSaid = () => places;
+
 // As the fields have it: yaw null where any heading will do.
 export function goalMeant() {
   const heading = $("walk-yaw").value;

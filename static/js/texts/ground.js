@@ -1,6 +1,6 @@
 // Ground: images, terrain, the colouring for a leg, maps from above.
 
-import { age, degrees, percent, place } from "../figures.js";
+import { age, bare, degrees, percent, place } from "../figures.js";
 import { notComputed } from "./shared.js";
 
 export const whatCamerasSaw = "What the cameras saw";
@@ -42,6 +42,18 @@ export const pairsChosen = (count, of, without) => `The next terrain is built fr
 // -- the map from above ----------------------------------------------------------------------------
 
 export const showMap = "Show the map from above";
+export const mapLarge = "Map: large over the scene, or back";
+export const mapCloser = "Map: zoom in";
+export const mapFarther = "Map: zoom out";
+export const mapWhole = "Map: show the whole ground";
+export const mapRover = "Map: show the rover in the middle";
+export const MAP_KEYS = [
+  ["+ −", "On the map: zoom in, zoom out"],
+  ["← → ↑ ↓", "On the map: move it"],
+  ["Home", "On the map: show the whole ground"],
+];
+export const barLength = (length) => `${bare(length)} m`;
+export const northSign = "N";
 export const mapStriped = (leg, why) => `Striped where the maps of leg ${leg} may be wrong: ${why}. Show where leg ${leg} can stand again.`;
 export const mapHidden = (leg, why) => `The maps of leg ${leg} are out of date and hidden: ${why}. Show where leg ${leg} can stand again.`;
 export const noMap = (leg) => `There are no maps of leg ${leg} yet. Show where leg ${leg} can stand first.`;
@@ -89,7 +101,14 @@ export const asIs = "as is";
 export const tilt = "Tilt {} °";
 export const rising = "rising toward {} °";
 export const pairsLeftOut = "Image pairs left out";
-export const fromAbove = "Map from above: two layers side by side (key V)";
+export const mapTitle = "Map";
+export const aboutMap = "Seen from above, north up. Drag or scroll to move and zoom it.";
+export const large = "Large";
+export const closer = "Zoom in";
+export const farther = "Zoom out";
+export const whole = "Whole";
+export const rover = "Rover";
+export const two = "{} two layers";
 export const left = "Left {}";
 export const leftLayer = "Left layer from above";
 export const right = "Right {}";

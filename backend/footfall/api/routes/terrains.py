@@ -31,6 +31,7 @@ from footfall.api.door.multipart import (
 from footfall.api.routes.jobs import accepted
 from footfall.api.routing import Routes, files
 from footfall.core.errors import InvalidInput
+from footfall.io.map_files import relief_png
 from footfall.io.terrain_files import encode_collision_mesh, read_terrain, write_terrain
 from footfall.io.terrain_sidecars import MOST_BESIDE, names_beside
 from footfall.session.answers.jobs import Share
@@ -218,6 +219,12 @@ def read_age(live: OneSession, digest: Digest) -> AgeAnswer:
         {"after": after, "share": share} for after, share in zip((0.0, *BANDS), shares, strict=True)
     ]
     return {"bands": bands, "unknown": unknown}
+
+
+@router.get("/sessions/{session}/terrains/{digest}/relief.png", response_class=Response, responses=files("image/png"))
+def read_relief(live: OneSession, digest: Digest) -> Response:
+    """The ground from above, north up, lit from the north-west; a pixel for each cell, unknown ground in one colour."""
+    return Response(relief_png(product(live, digest, Dem, live.state.dem)), media_type="image/png")
 
 
 @router.get("/sessions/{session}/terrains/{digest}.{extension}", response_class=Response, responses=files(_BYTES))
