@@ -72,7 +72,7 @@ def test_nothing_is_planned_where_what_was_chosen_just_before_is_refused(console
     console.evaluate(REFUSED)
     typed(console, -0.5, 1.74)
     console.keyboard.press("p")
-    expect(console.locator("#toast")).to_contain_text("what was chosen just before was refused")
+    expect(console.locator("#toast")).to_contain_text("your last choice was refused")
     assert json.dumps(held(quiet)["jobs"]) == json.dumps(jobs)
     assert plans(quiet) == before
     assert held(quiet)["footfall"] == old

@@ -12,8 +12,8 @@ export const keep = "Keep the conn";
 export const notHere = "This page does not hold the conn.";
 export const nobodyAsks = "Nobody requests the conn.";
 export const heldBy = (who) => `${who} holds the conn: request it first.`;
-export const silent = (seconds) => `The server has been silent for ${age(seconds)}: what is shown may be over.`;
-export const epochUnknown = "The rover has not confirmed yet that it refuses messages held back on the way; it is asked again every second.";
+export const silent = (seconds) => `The server has been silent for ${age(seconds)}: what is shown may be out of date.`;
+export const epochUnknown = "The rover has not confirmed yet that it refuses delayed messages. It is asked again every second.";
 
 // -- who -------------------------------------------------------------------------------------------
 

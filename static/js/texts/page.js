@@ -4,7 +4,7 @@ import { age, seconds } from "../figures.js";
 
 // -- acts, keys, palette ---------------------------------------------------------------------------
 
-export const keyTaken = (key, text) => `The key ${key} is for "${text}" already.`;
+export const keyTaken = (key, text) => `The key ${key} is already for "${text}".`;
 export const listOfKeys = "List of the keys";
 export const findAct = "Find an act by its name";
 export const escapeTwice = "Esc Esc";
@@ -39,8 +39,8 @@ export const anyone = "No login: anyone can command";
 
 // -- what was asked for just before ----------------------------------------------------------------
 
-export const choiceRefused = "Nothing was asked for: what was chosen just before was refused.";
-export const planNotMade = "Nothing was made: the plan that was asked for just before was not made.";
+export const choiceRefused = "Nothing was asked for: your last choice was refused.";
+export const planNotMade = "Nothing was made: the plan that you asked for last was not made.";
 
 // -- on the page from the beginning -----------------------------------------------------------------
 

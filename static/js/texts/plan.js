@@ -13,7 +13,7 @@ export const notFound = (status, reason) => `No plan (${statusTold(status)}): ${
 export const ended = (status, reason) => `${statusTold(status)}. ${reason}`;
 export const ofAnother = ({ leg, x, y }) => `This answer is for leg ${leg} at ${place([x, y])}, not for the chosen footfall.`;
 export const answerOutOfDate = (why) => `This answer is out of date: ${why}.`;
-export const newerGround = "The terrain is newer, and the same where this plan looked. To send it, plan it again: commands go only on the terrain that they were planned on.";
+export const newerGround = "The terrain is newer, but the same where this plan looked. Plan it again to send it: commands are sent only on the terrain that they were planned on.";
 
 // A check's margin in the unit that it has.
 export const marginOf = ({ margin, unit }) => (margin === null ? "–" : `${fixed(margin)} ${unit}`);
