@@ -1,9 +1,12 @@
 """A scene for each of viser's pages, drawn with what is chosen there: no page shows another's choices unasked."""
 
 import threading
+from dataclasses import asdict
 
 import viser
 
+from footfall.session.access.acting import acting
+from footfall.session.access.identity import Identity
 from footfall.session.live import LiveSession
 from footfall_ui.scene import Scene
 from footfall_ui.scene.wakeup import wake_in_loop
@@ -33,6 +36,22 @@ class PageScenes:
             self._live = live
             for scene in self._scenes.values():
                 scene.follow(live)
+
+    def look_back(self, who: Identity, past: LiveSession | None) -> None:
+        """Draw the session as it was, in the scene of that page, with what it shows chosen; None: as it is now."""
+        with self._lock:
+            live = self._live
+            if live is None:
+                return
+            if past is not None:
+                with acting(who):
+                    view = live.choices.view
+                    past.choices.set_view(
+                        leg=view.leg, layer=view.layer, opacity=view.opacity, shown=asdict(view.shown)
+                    )
+            for scene in self._scenes.values():
+                if scene.is_of(who):
+                    scene.follow(live if past is None else past)
 
     def close(self) -> None:
         """Draw nothing more."""

@@ -8,6 +8,7 @@ from typing import Annotated
 
 import httpx
 from fastapi import APIRouter, Body, Depends, Request, Response, WebSocket
+from fastapi.concurrency import run_in_threadpool
 from starlette.responses import HTMLResponse, RedirectResponse, StreamingResponse
 from starlette.websockets import WebSocketDisconnect
 from viser._messages import Message, ViewerCameraMessage
@@ -18,7 +19,7 @@ from websockets.typing import Subprotocol
 from footfall.api.auth.roles import authorise
 from footfall.api.auth.who import PAGE_HEADER, identity_of, paged
 from footfall.core.errors import InvalidInput
-from footfall.session.access.identity import Role
+from footfall.session.access.identity import Identity, Role
 from footfall_ui.scene_policy import scene_policy
 from footfall_ui.scene_server import SceneServer
 from footfall_ui.viser_door import SECRET_HEADER, SceneDoor, closed_door
@@ -41,6 +42,7 @@ class SceneProxy:
         self.router.add_api_route("/scene", self._to_folder)
         self.router.add_api_route("/scene/{path:path}", self._page)
         self.router.add_api_route("/scene/theme", self._wear, methods=["PUT"], status_code=204)
+        self.router.add_api_route("/scene/moment", self._look_back, methods=["PUT"], status_code=204)
         # viser's page connects to its own address without the last slash
         self.router.add_api_websocket_route("/scene", self._messages)
         self.router.add_api_websocket_route("/scene/", self._messages)
@@ -79,8 +81,12 @@ class SceneProxy:
         """The page's sky from now on; where there is no scene, nothing wears it."""
         if theme not in THEMES:
             raise InvalidInput(f"the page has no theme of that name; it has {', '.join(THEMES)}", themes=THEMES)
-        who = paged(identity_of(request), request.headers.get(PAGE_HEADER, ""))
-        self.door.visitors.dress(who, theme)
+        self.door.visitors.dress(_page_of(request), theme)
+
+    async def _look_back(self, event: Annotated[int | None, Body(embed=True)], request: Request) -> None:
+        """The page's scene as the session was after that event; null: as it is now."""
+        if self._scene is not None:
+            await run_in_threadpool(self._scene.look_back, _page_of(request), event)
 
     async def _messages(self, socket: WebSocket) -> None:
         door = self.door
@@ -109,6 +115,10 @@ class SceneProxy:
     def _gone(self, door: SceneDoor) -> None:
         if self._scene is not None:
             self._scene.gone(door)
+
+
+def _page_of(request: Request) -> Identity:
+    return paged(identity_of(request), request.headers.get(PAGE_HEADER, ""))
 
 
 async def _body(answer: httpx.Response) -> AsyncIterator[bytes]:

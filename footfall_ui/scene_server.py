@@ -8,6 +8,7 @@ import time
 
 import viser
 
+from footfall.session.access.identity import Identity
 from footfall.session.live import LiveSession
 from footfall.session.registry import Sessions
 from footfall_ui.page_scenes import PageScenes
@@ -47,6 +48,15 @@ class SceneServer:
     def gone(self, door: SceneDoor) -> None:
         """Nobody answers behind this door any more."""
         self._gone = door
+
+    def look_back(self, who: Identity, event: int | None) -> None:
+        """Draw the session as it was after that event, in the scene of that page; None: as it is now.
+
+        Raises NotFound for no such event.
+        """
+        live, scene = self._sessions.current, self._scene
+        if live is not None and scene is not None:
+            scene.look_back(who, None if event is None else live.as_of(event))
 
     def close(self) -> None:
         """Draw nothing more, and end the server."""

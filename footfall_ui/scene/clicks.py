@@ -15,6 +15,8 @@ def choose(live: LiveSession, origin: NDArray[np.float64], direction: NDArray[np
 
     origin, direction: of the ray through the pixel, site frame (3,) [m].
     """
+    if live.only_looked_at:  # its past, which nobody changes: the page says so all the while
+        return
     point = None if live.state.dem is None else pick(read(live, live.state.dem, Dem), origin, direction)
     if point is None:
         live.choices.tell_missed()

@@ -137,6 +137,10 @@ class Scene:
         labels_of(server).follow(server, lambda: self._redrawing.mark("labels"))
         self._undress = self._visitors.listen(who, lambda: self._redrawing.mark("around"))
 
+    def is_of(self, who: Identity) -> bool:
+        """Whether it is that page's."""
+        return self._who is not None and self._who.seat == who.seat
+
     def follow(self, live: LiveSession) -> None:
         """Draw this session from now on."""
         self._unlisten()
@@ -185,11 +189,12 @@ class Scene:
                 copy.remove()
         for drawing in (self._support, self._forces, self._collision, self._failing):
             drawing.hide()
-        self._robot = None if live.described is not None else live.robot
-        if self._robot is None:
-            self._rover, self._torques, self._cameras, self._drawn = None, None, None, live
+        if live.described is not None:
+            self._robot, self._rover, self._torques, self._cameras, self._drawn = None, None, None, None, live
             return
-        self._look_along(live.choices.view.leg)
+        self._robot = live.robot
+        if self._drawn is None or self._drawn.id != live.id:  # of its past the view stays
+            self._look_along(live.choices.view.leg)
         if self._drawn is not None:  # a page that opens takes the look that it shows as chosen
             self._looking.forget(live.choices.view.looks)
         self._rover = RobotDrawing(self._server, self._robot)

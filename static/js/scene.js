@@ -1,7 +1,7 @@
 // The scene in its frame. It may be switched off, fail, or die: the rest of the page does not need it, and says so.
 
 import { act } from "./acts.js";
-import { PAGE, get } from "./api.js";
+import { PAGE, Problem, get } from "./api.js";
 import { $, element } from "./dom.js";
 import { clock } from "./events.js";
 import { alive, silent, subscribe } from "./store.js";
@@ -50,6 +50,13 @@ async function load() {
 async function dress() {
   const headers = { "Content-Type": "application/json", "FootFall-Page": PAGE };
   if (wanted) await fetch("/scene/theme", { method: "PUT", headers, body: JSON.stringify({ theme: theme() }) }).catch(() => {});
+}
+
+// How things were after that event of the session; null: how they are. Throws where the server refuses it.
+export async function showMoment(event) {
+  const headers = { "Content-Type": "application/json", "FootFall-Page": PAGE };
+  const answer = await fetch("/scene/moment", { method: "PUT", headers, body: JSON.stringify({ event }) });
+  if (!answer.ok) throw new Problem(answer.status, await answer.json().catch(() => ({})));
 }
 
 // As viser reads them from its address: those of this page (?fixedDpr=0.5 keeps software rendering bearable), and where

@@ -138,6 +138,33 @@ def test_a_page_that_opens_looks_from_where_it_says(tmp_path, monkeypatch):
             until(lambda: len(heights()) == 1 and heights()[0] > ABOVE, "the view from above")
 
 
+def test_one_page_looks_back_and_no_other_does(tmp_path, monkeypatch):
+    drawing = Drawing()
+    monkeypatch.setattr(footfall_ui.scene_server, "open_viser", drawing.open)
+
+    def with_plan():
+        pages = drawing.servers[0].get_clients().values()
+        return sum(page.scene.get_handle_by_name("/plan/path") is not None for page in pages)
+
+    def look_back(client, event):
+        return client.put(f"{running.url}/scene/moment", json={"event": event}, headers={"FootFall-Page": "one"})
+
+    with (
+        running_server(tmp_path, scene=True, prepare=lambda s: s.open_sample("rock-step")) as running,
+        scene_page(running.url, "one"),
+        scene_page(running.url, "other"),
+        running.client() as client,
+    ):
+        until(lambda: with_plan() == 2, "the plan in two scenes")
+        assert look_back(client, 1).status_code == 204
+        until(lambda: with_plan() == 1, "one scene of the past")
+        refused = look_back(client, 10**6)
+        assert refused.status_code == 404
+        assert "no event 1000000" in refused.json()["detail"]
+        assert look_back(client, None).status_code == 204
+        until(lambda: with_plan() == 2, "the plan in two scenes again")
+
+
 def test_a_scene_that_ended_is_opened_behind_another_door(tmp_path, monkeypatch):
     drawing = Drawing()
     monkeypatch.setattr(footfall_ui.scene_server, "open_viser", drawing.open)

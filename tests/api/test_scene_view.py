@@ -9,7 +9,7 @@ import numpy as np
 import pytest
 import viser
 
-from footfall.core.errors import InvalidInput
+from footfall.core.errors import Conflict, InvalidInput, NotFound
 from footfall.core.frames import apply
 from footfall.planning.body.stand import stand
 from footfall.robot.kinematics import wheel_centers
@@ -203,6 +203,39 @@ def test_telemetry_without_motion_draws_nothing_anew(viewed, state, rng):
     until(lambda: abs(rover.position[0] - pose[0, 3]) < 1e-6, "the rover at its new place")
     until(lambda: server.scene.get_handle_by_name("/support/margin") is not before[1], "the new margin")
     until(lambda: server.scene.get_handle_by_name("/forces/arrows") is not before[2], "the new arrows")
+
+
+def test_a_scene_shows_a_session_as_it_was_and_lets_nobody_change_that(tmp_path):
+    server = viser.ViserServer(host="127.0.0.1", port=0, verbose=False)
+    with Sessions(tmp_path, jobs=InlineJobs()) as sessions:
+        live = sessions.open_sample("rock-step")
+        planned = next(event for event in live.events() if event.type == "product" and event.payload["kind"] == "plan")
+        past = live.as_of(planned.seq - 1)
+        assert past.only_looked_at
+        assert (past.state.plan, live.state.plan) == (None, planned.payload["digest"])
+        assert past.state.dem == live.state.dem
+        assert len(past.events()) == planned.seq
+        scene = Scene(server)
+        scene.follow(live)
+
+        def there(name, shown=True):
+            return until(lambda: (server.scene.get_handle_by_name(name) is not None) == shown, f"{name}: {shown}")
+
+        assert there("/plan/path")
+        scene.follow(past)
+        assert there("/plan/path", shown=False)
+        events = len(live.events())
+        choose(past, np.array([0.2, 0.5, 9.0]), DOWN)
+        with pytest.raises(Conflict):
+            past.maps.choose_footfall(2, 0.2, 0.5)
+        assert len(live.events()) == events
+        scene.follow(live)
+        assert there("/plan/path")
+        for none in (-1, events):
+            with pytest.raises(NotFound):
+                live.as_of(none)
+        scene.close()
+    server.stop()
 
 
 def test_a_stepped_session_shows_its_plan_suggestions_and_run(tmp_path):

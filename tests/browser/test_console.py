@@ -238,6 +238,25 @@ def test_the_timeline_leads_back_to_what_was_planned_and_takes_notes(console: Pa
     assert console.title() == "FootFall"
 
 
+def test_the_scene_goes_back_along_the_timeline_and_returns(console: Page, quiet: Running) -> None:
+    asked: list = []
+    console.on("request", lambda one: asked.append(one.post_data_json) if one.url.endswith("/scene/moment") else None)
+    note, button = console.locator("#past-note"), console.locator("#timeline-scene")
+    expect(button).to_be_disabled()
+    with quiet.client() as client:
+        last = client.get("/sessions/current").json()["events"] - 1
+    console.locator("#timeline-back").click()
+    button.click()
+    expect(note).to_contain_text("The scene shows the past")
+    console.locator("#timeline-back").click()
+    until(lambda: len(asked) >= 2, "the moment before")
+    expect(button).to_have_attribute("aria-pressed", "true")
+    console.locator("#timeline-now").click()
+    expect(note).to_be_hidden()
+    until(lambda: asked[-1:] == [{"event": None}], "the present")
+    assert [one["event"] for one in asked] == [last - 1, last - 2, None]
+
+
 def test_the_ghost_goes_where_the_rover_was(console: Page, quiet: Running) -> None:
     plan = held(quiet, "/sessions/current/plans/current")["plan"]
     travel = [np.abs(np.subtract(b, a)).max() for a, b in zip(plan["waypoints"], plan["waypoints"][1:], strict=False)]

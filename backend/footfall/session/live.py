@@ -12,12 +12,13 @@ A script without a server works the same way, with jobs run inline::
         session.sequences.export(session.sequences.make(plan), "csv")
 """
 
-from footfall.core.errors import Conflict
+from footfall.core.errors import Conflict, NotFound
 from footfall.planning.walk.problem import WalkGoal
 from footfall.session.access.identity import LOCAL, Identity
 from footfall.session.answers.sessions import SessionAnswer
 from footfall.session.loop_settings import LoopSettings
 from footfall.session.parts import SessionParts
+from footfall.session.storage.looked import EarlierStore
 from footfall.session.summary import summary
 from footfall.session.walk_loop import WalkLoop
 
@@ -68,6 +69,13 @@ class LiveSession(SessionParts):
                 raise Conflict("no rover is connected")
             self._walk_loop = WalkLoop(self, goal, settings or LoopSettings(), who)
             return self._walk_loop
+
+    def as_of(self, event: int) -> "LiveSession":
+        """The session as it was after the event of that number, only to be looked at. Raises NotFound without one."""
+        until = self.events()[: event + 1]
+        if not until or until[-1].seq != event:
+            raise NotFound(f"the session has no event {event}; it has {len(self.folded_log)}", event=event)
+        return LiveSession(EarlierStore(self.store, until), self.product_jobs.pool, None)
 
     @property
     def walk_loop(self) -> WalkLoop | None:

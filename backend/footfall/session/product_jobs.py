@@ -46,6 +46,11 @@ class ProductJobs:
         self._closing = False
 
     @property
+    def pool(self) -> JobPool:
+        """Who makes them."""
+        return self._pool
+
+    @property
     def jobs(self) -> list[Job]:
         """The session's latest jobs, newest last."""
         return list(self._jobs)

@@ -7,6 +7,7 @@ import { $, attempt, element } from "../dom.js";
 import { describe, events, subscribeToEvents, when as dated } from "../events.js";
 import { signOf } from "../eventsigns.js";
 import { KINDS } from "../kinds.js";
+import { showMoment } from "../scene.js";
 import { known } from "../store.js";
 import * as plan from "../texts/plan.js";
 import * as texts from "../texts/record.js";
@@ -21,6 +22,9 @@ const NEAR = 0.012; // of the line: a click this close to a sign means that even
 let axis = null;
 let at = -1; // index of the event that is read out, -1: none
 let now = true; // the line's end is shown, and goes on as events come
+let sceneAt = null; // number of the event after which the scene shows how things were; null: how they are
+let sceneTold = null; // of which the server was told
+let telling = false;
 
 export function start() {
   $("timeline-scrub").addEventListener("input", () => scrub(Number($("timeline-scrub").value) / RANGE));
@@ -29,6 +33,7 @@ export function start() {
   act({ key: ",", text: texts.eventBefore, button: "timeline-back", run: () => step(-1), refusal: some });
   act({ key: ".", text: texts.eventAfter, button: "timeline-on", run: () => step(1), refusal: some });
   act({ text: texts.showWhatItWas, button: "timeline-show", run: () => show(events[at]), refusal: () => (at >= 0 && canShow(events[at]) ? "" : texts.chooseEvent) });
+  act({ text: texts.sceneThen, button: "timeline-scene", run: () => showInScene(sceneAt === null), refusal: () => (now ? texts.chooseMoment : "") });
   act({ text: texts.backToNow, button: "timeline-now", run: toNow, refusal: () => (now ? texts.isNow : "") });
   act({ key: "Y", text: texts.writeNote, button: "note-open", run: openNote });
   $("note-form").addEventListener("submit", (event) => {
@@ -70,6 +75,7 @@ function step(by) {
 
 function toNow() {
   now = true;
+  showInScene(false);
   $("timeline-scrub").value = String(RANGE);
   read(events.length - 1);
   point(null);
@@ -85,6 +91,7 @@ function read(index) {
   $("timeline-scrub").setAttribute("aria-valuetext", $("timeline-text").textContent);
   $("timeline-text").title = $("timeline-text").textContent;
   $("timeline-now").disabled = now;
+  if (sceneAt !== null) showInScene(true);
   $("timeline-show").disabled = !event || !canShow(event);
 }
 
@@ -116,6 +123,27 @@ function paint() {
   const x = place(pointed === null ? 1 : axis.placeOf(pointed));
   pen.fillStyle = ink("strong");
   pen.fillRect(x - 1, 0, 2, height);
+}
+
+// -- the scene as it was ---------------------------------------------------------------------
+
+function showInScene(then) {
+  sceneAt = then && at >= 0 ? events[at].seq : null;
+  $("past-note").hidden = sceneAt === null;
+  $("past-note").textContent = sceneAt === null ? "" : texts.sceneIsPast(dated(events[at].time));
+  $("timeline-scene").setAttribute("aria-pressed", String(sceneAt !== null));
+  tellScene();
+}
+
+// The newest alone: who scrubs asks for many.
+async function tellScene() {
+  if (telling) return;
+  telling = true;
+  while (sceneTold !== sceneAt) {
+    sceneTold = sceneAt;
+    await attempt(() => showMoment(sceneTold));
+  }
+  telling = false;
 }
 
 // -- what it was -----------------------------------------------------------------------------

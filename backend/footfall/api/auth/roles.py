@@ -41,6 +41,7 @@ _TABLE: Mapping[Role | Needs, tuple[str, ...]] = {
         "WS /scene",
         "WS /scene/",
         "PUT /scene/theme",
+        "PUT /scene/moment",
         # questions, which change nothing
         "POST /sessions/{session}/pick",
         "POST /sessions/{session}/suggestions",

@@ -1,5 +1,6 @@
 """A session on disk that is only looked at: nothing in its folder or its database changes, whoever has it open."""
 
+from collections.abc import Mapping, Sequence
 from pathlib import Path
 from typing import Any, NoReturn
 
@@ -18,10 +19,13 @@ class LookedStore(SessionStore):
     def __init__(self, folder: Path) -> None:
         """Raises InvalidBundle where its log is damaged or lost events; StoreRefused where it can't be reached."""
         bundle = read_session(folder)
+        self._have(folder, bundle.session, [event_of(record) for record in bundle.records])
+
+    def _have(self, folder: Path, session: Mapping[str, Any], events: Sequence[Event]) -> None:
         self.folder = folder
         self.repairs: list[dict[str, Any]] = []
-        self.session = dict(bundle.session)
-        self.events = [event_of(record) for record in bundle.records]
+        self.session = dict(session)
+        self.events = list(events)
         self._artifacts = ArtifactFolder(folder)
         self._log = self._head = self._doubtful = None
         self._displaced = False
@@ -44,3 +48,11 @@ class LookedStore(SessionStore):
     def _refuse(self) -> NoReturn:
         name = self.folder.name
         raise Conflict(f"session {name} is only looked at; open it, and it can be changed", session=name)
+
+
+class EarlierStore(LookedStore):
+    """A session that may be open, as it was after one of its events."""
+
+    def __init__(self, store: SessionStore, events: Sequence[Event]) -> None:
+        """events: those up to that one."""
+        self._have(store.folder, store.session, events)
