@@ -169,6 +169,24 @@ def test_without_images_the_panel_says_what_to_do(console: Page, quiet: Running,
     look("none")
 
 
+def test_a_wide_image_cuts_nothing_off_the_ghost_s_bar(console: Page, look: Keep) -> None:
+    opened(console)
+    console.locator("#image-wide").click()
+    expect(console.locator("#side")).to_have_class(re.compile(r"\bwide\b"))
+    for width in (1280, 1440, 1920):
+        console.set_viewport_size({"width": width, "height": 720})
+        assert console.evaluate(CUT_OFF) == [], width
+    look("wide")
+
+
+CUT_OFF = """() => {
+  const bar = document.getElementById("ghost").getBoundingClientRect();
+  const beyond = ({ left, right }) => left < bar.left - 0.5 || right > bar.right + 0.5;
+  const parts = [...document.querySelectorAll("#ghost > *")].filter(one => one.checkVisibility());
+  return parts.filter(one => beyond(one.getBoundingClientRect())).map(one => one.id || one.tagName);
+}"""
+
+
 def test_anybody_can_use_it(console: Page, look: Keep) -> None:
     opened(console)
     assert violations(console) == []
