@@ -8,7 +8,7 @@ from typing import Any
 import numpy as np
 
 from footfall.core.errors import Conflict, InvalidInput
-from footfall.planning.step.problem import MOST_THROUGH, Point
+from footfall.planning.step.problem import MOST_THROUGH, Footfall, Point
 from footfall.session.access.acting import actor
 from footfall.session.access.identity import Identity, Role
 from footfall.session.answers.choices import Undoable
@@ -51,6 +51,23 @@ class PageChoices:
             return own
         shown = self._pages.of(self._conn_seat())
         return replace(shown, view=replace(shown.view, follows=True))
+
+    def footfall_for(self, leg: int | None, target: tuple[float, float] | None) -> Footfall:
+        """Where that leg is to step: at ``target`` (x, y) [m]; without one, the footfall chosen on the page that
+        acts, of whichever leg where ``leg`` is None.
+
+        Raises:
+            Conflict: no footfall is chosen for that leg.
+            InvalidInput: a target without a leg.
+        """
+        if target is not None:
+            if leg is None:
+                raise InvalidInput("a target needs the leg that is to step there")
+            return Footfall(leg, float(target[0]), float(target[1]))
+        chosen = self.now.footfall
+        if chosen is None or (leg is not None and chosen.leg != leg):
+            raise Conflict("no footfall is chosen for this leg; choose one, or give a target")
+        return chosen
 
     def concerns(self, who: Identity, changed: str) -> bool:
         """Whether a page shows something else since those of the seat ``changed`` ("": of every one) are others."""

@@ -1,8 +1,7 @@
 """Steps and walks of a session whose robot others described; those of ATHLETE's build have plans and walks."""
 
-from footfall.core.errors import Conflict, InvalidInput
+from footfall.core.errors import InvalidInput
 from footfall.planning.legged.problem import LeggedSettings
-from footfall.planning.step.problem import Footfall
 from footfall.planning.walk.problem import WalkGoal
 from footfall.session.choosing.choices import PageChoices
 from footfall.session.core import SessionCore
@@ -22,11 +21,7 @@ class DescribedPlans:
         """Plan a step to ``target`` (x, y) [m]; without one, to the chosen footfall. Raises Conflict, InvalidInput."""
         self._require_described("plans")
         self._core.require_leg(leg)
-        chosen = self._choices.now.footfall
-        if target is not None:
-            chosen = Footfall(leg, float(target[0]), float(target[1]))
-        elif chosen is None or chosen.leg != leg:
-            raise Conflict("no footfall is chosen for this leg; choose one, or give a target")
+        chosen = self._choices.footfall_for(leg, target)
         request = DescribedStepRequest(chosen, settings or LeggedSettings())
         return self._stances.ask(DESCRIBED_STEP, request, leg=leg)
 

@@ -2,10 +2,10 @@
 
 from collections.abc import Sequence as Listed
 
-from footfall.core.errors import Conflict, InvalidInput, NotFound
+from footfall.core.errors import Conflict, NotFound
 from footfall.planning.answers import Status
 from footfall.planning.step.alternatives import KINDS, asked_otherwise
-from footfall.planning.step.problem import Footfall, PlanResult, Point, StepPlan, StepSettings
+from footfall.planning.step.problem import PlanResult, Point, StepPlan, StepSettings
 from footfall.session.answers.plans import EndAnswer, PlanListed
 from footfall.session.choosing.choices import PageChoices
 from footfall.session.core import SessionCore, present
@@ -39,13 +39,7 @@ class StepPlans:
         through: points, site [m], that the wheel's centre passes. after: digest of a plan, execution or sequence from
         whose predicted end the step starts, see :meth:`go_on_after`. Raises Conflict, InvalidInput, NotFound.
         """
-        chosen = self._choices.now.footfall
-        if target is not None and leg is not None:
-            chosen = Footfall(leg, float(target[0]), float(target[1]))
-        elif target is not None:
-            raise InvalidInput("a target needs the leg that is to step there")
-        elif chosen is None or (leg is not None and chosen.leg != leg):
-            raise Conflict("no footfall is chosen for this leg; choose one, or give a target")
+        chosen = self._choices.footfall_for(leg, target)
         self._core.require_leg(chosen.leg)
         if after is not None:
             self.go_on_after(after)

@@ -11,7 +11,6 @@ from footfall.core.value import Value
 from footfall.planning.body.body_shift import BodyShift
 from footfall.planning.body.find_problem import FindShiftSettings
 from footfall.planning.body.move import BodyMoveSettings
-from footfall.planning.step.problem import Footfall
 from footfall.sequence.commands import Sequence
 from footfall.session.choosing.choices import PageChoices
 from footfall.session.core import SessionCore, present
@@ -75,11 +74,7 @@ class Stances:
         Conflict, InvalidInput.
         """
         self._core.require_leg(leg)
-        chosen = self._choices.now.footfall
-        if target is not None:
-            chosen = Footfall(leg, float(target[0]), float(target[1]))
-        elif chosen is None or chosen.leg != leg:
-            raise Conflict("no footfall is chosen for this leg; choose one, or give a target")
+        chosen = self._choices.footfall_for(leg, target)
         request = ShiftRequest(chosen, settings or FindShiftSettings())
         return self.ask(SHIFT, request, leg=leg)
 
