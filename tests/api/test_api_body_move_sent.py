@@ -7,7 +7,7 @@ import httpx
 import numpy as np
 import pytest
 
-from tests.support.jobs import finished, result
+from tests.support.jobs import carried_out, finished, result
 from tests.support.problems import problem
 from tests.support.server import running_server
 from tests.support.waiting import until
@@ -60,12 +60,7 @@ def test_the_rover_goes_where_the_chassis_was_planned_to(rest):
     token = rest.post(f"{address}/arm").json()["token"]
     assert rest.post(f"{address}/send", json={"arming": token}).status_code == 202
 
-    def arrived() -> bool:
-        states = [one["state"] for one in rest.get(SESSION).json()["commands"]]
-        assert not {"refused", "aborted", "unknown"} & set(states), states
-        return len(states) == len(sequence["commands"]) and set(states) == {"done"}
-
-    until(arrived, "the arrival")
+    carried_out(rest, len(sequence["commands"]))
     state = until(
         lambda: (told := rest.get(f"{SESSION}/telemetry").json())["posture"] == goal and told, "the goal posture"
     )

@@ -18,7 +18,7 @@ from footfall.telemetry.state import RobotState, TelemetryFrame
 from footfall.terrain.dem import Dem
 from footfall.terrain.generate import fractal
 from tests.support.described import robot_of
-from tests.support.jobs import finished, result
+from tests.support.jobs import carried_out, finished, result
 from tests.support.problems import problem
 from tests.support.server import Running, running_server
 from tests.support.waiting import until
@@ -183,12 +183,7 @@ def test_the_rover_makes_the_step_walks_and_stops_and_all_of_it_replays(server, 
     token = rest.post(f"{address}/arm").json()["token"]
     assert rest.post(f"{address}/send", json={"arming": token}).status_code == 202
 
-    def arrived() -> bool:
-        states = [one["state"] for one in rest.get(SESSION).json()["commands"]]
-        assert not {"refused", "aborted", "unknown"} & set(states), states
-        return len(states) == len(sequence["commands"]) and set(states) == {"done"}
-
-    until(arrived, "the end of the step")
+    carried_out(rest, len(sequence["commands"]))
     goal = sequence["predicted"][-1]
     told = until(
         lambda: (now := rest.get(f"{SESSION}/telemetry").json())["posture"] == goal and now, "the posture of its end"

@@ -9,6 +9,7 @@ import numpy as np
 import pytest
 
 from footfall.maps.layers import REACHABLE_STABLE
+from tests.support.jobs import carried_out
 from tests.support.problems import problem
 from tests.support.server import Running
 from tests.support.waiting import until
@@ -167,12 +168,7 @@ def test_sequence_edit_export_send_and_arrival(rest, plan):
     assert rest.post(f"{address}/send", json={"arming": token}, headers=key).json() == sent.json()
     assert len(sent.json()["commands"]) == len(commands)
 
-    def all_done() -> bool:
-        states = [one["state"] for one in rest.get(SESSION).json()["commands"]]
-        assert not {"refused", "aborted", "unknown"} & set(states), states
-        return len(states) == len(commands) and set(states) == {"done"}
-
-    until(all_done, "the arrival")
+    carried_out(rest, len(commands))
     goal = undone.json()["predicted"][-1]
     until(lambda: rest.get(f"{SESSION}/telemetry").json()["posture"] == goal, "the goal posture in the telemetry")
     assert rest.get(SESSION).json()["plan_matches_rover"]["ok"] is False

@@ -1,4 +1,4 @@
-"""Waiting for jobs over REST."""
+"""Waiting over REST: for jobs, and for commands that were sent."""
 
 import httpx
 
@@ -25,3 +25,14 @@ def result(client: httpx.Client, job: dict) -> dict:
     assert answer.status_code == 200, answer.text
     assert answer.json()["digest"] == job["result"]
     return answer.json()
+
+
+def carried_out(client: httpx.Client, commands: int) -> None:
+    """Wait until all commands of the current session's run are done; none may be refused, aborted or unknown."""
+
+    def done() -> bool:
+        states = [one["state"] for one in client.get("/sessions/current").json()["commands"]]
+        assert not {"refused", "aborted", "unknown"} & set(states), states
+        return len(states) == commands and set(states) == {"done"}
+
+    until(done, f"{commands} commands carried out")
