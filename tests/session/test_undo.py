@@ -201,7 +201,7 @@ def test_choices_of_a_session_go_back_in_their_order(session):
         session.choices.undo()
     for kind in ("footfall", "edit", "points", "footfall"):
         assert session.choices.redo().kind == kind
-    with pytest.raises(Conflict, match="nothing to make again"):
+    with pytest.raises(Conflict, match="nothing to redo"):
         session.choices.redo()
     assert session.state.sequence == edited
     assert session.summary()["footfall"]["leg"] == 3

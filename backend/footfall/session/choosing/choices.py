@@ -163,7 +163,7 @@ class PageChoices:
             back = event == "choice_undone"
             found = self._core.state.choices if back else self._core.state.choices_ahead
             if not found:
-                raise Conflict("there is nothing to undo" if back else "there is nothing to make again")
+                raise Conflict("there is nothing to undo" if back else "there is nothing to redo")
             last = found[-1]
             if seq not in (None, last.seq):
                 raise Conflict(

@@ -80,7 +80,7 @@ class Sequences:
         """Make the edit again that was undone last; returns the digest. Raises Conflict where there is none."""
         with self._core.folded_log.lock:
             if not self._core.state.sequence_ahead:
-                raise Conflict("there is no undone edit to make again")
+                raise Conflict("there is no undone edit to redo")
             digest = self._core.state.sequence_ahead[-1]
             self._core.folded_log.record("sequence_redone", {"digest": digest})
         return digest
