@@ -1,4 +1,4 @@
-"""Makes the sample sessions anew: ``python sample_sessions/make_samples.py [NAME…]``.
+"""Makes the sample sessions anew: ``python -m sample_sessions.make_samples [NAME…]``.
 
 Each is a whole session done by script, with the same jobs as in the browser. The rover is simulated: it stands on
 generated ground, and its images are ray-cast. Needed after a change that alters recorded products on purpose.
@@ -15,11 +15,13 @@ from pathlib import Path
 import numpy as np
 
 import footfall
+from benchmarks.walks.rappel import hanging
+from benchmarks.walks.terrains import terrain
 from footfall.core.frames import apply
 from footfall.maps.layers import MapSettings
 from footfall.planning.answers import Status
 from footfall.planning.step.problem import StepSettings
-from footfall.planning.walk.problem import WalkGoal, WalkResult, WalkSettings, foot_moves_in_words
+from footfall.planning.walk.problem import WalkGoal, WalkPlan, WalkResult, WalkSettings, foot_moves_in_words
 from footfall.robot.kinematics import wheel_centers
 from footfall.robot.model import Robot
 from footfall.sequence.commands import Command, Sequence
@@ -80,13 +82,21 @@ def rock_walk(session: LiveSession) -> None:
     session.rover.take_images(render_snapshot(session.robot, state, world, seed=1, scale=0.5))
     session.terrains.build().finish()
     walk = session.walks.plan(WalkGoal(1.0, 0.0, 0.0), WalkSettings(seed=2)).finish()
-    found = session.get(walk)
-    assert isinstance(found, WalkResult)
-    if found.plan is None:
-        sys.exit(f"{session.name}: {found.status}, {found.reason}")
-    sequence = session.walks.command(walk, 0, found.plan.foot_moves + 1)
+    plan = walk_of(session, walk)
+    sequence = session.walks.command(walk, 0, plan.foot_moves + 1)
     session.sequences.export(sequence, "csv")
-    session.add_note(f"{foot_moves_in_words(found.plan)}, and the chassis is a metre farther.")
+    session.add_note(f"{foot_moves_in_words(plan)}, and the chassis is a metre farther.")
+
+
+def rappel(session: LiveSession) -> None:
+    """Down 2.75 m of an irregular slope of 60°, on a tether. No model says how a rover sags on one: nothing is sent."""
+    metres = 2.75
+    slope = terrain("rappel", 0, metres)
+    tether, begin, end, yaw = hanging(slope, "rappel", metres)
+    session.terrains.load(slope, "an irregular slope of 60°")
+    session.stances.set(footfall.stand(session.robot, slope, *begin, yaw, tether=tether))
+    walk = session.walks.plan(WalkGoal(*end, yaw), WalkSettings(seed=1), tether=tether).finish()
+    session.add_note(f"{foot_moves_in_words(walk_of(session, walk))} down the slope, on a tether.")
 
 
 def fractal_step(session: LiveSession) -> None:
@@ -140,6 +150,15 @@ def edited_export(session: LiveSession) -> None:
         session.sequences.export(final, form)
 
 
+def walk_of(session: LiveSession, digest: str) -> WalkPlan:
+    """The walk that was planned; where none was found, the script has to be looked at."""
+    found = session.get(digest)
+    assert isinstance(found, WalkResult)
+    if found.plan is None:
+        sys.exit(f"{session.name}: {found.status}, {found.reason}")
+    return found.plan
+
+
 def require(session: LiveSession, status: Status) -> None:
     """The scripts are made for one outcome; anything else means that they have to be looked at."""
     if session.state.plan_status != status.value:
@@ -149,6 +168,7 @@ def require(session: LiveSession, status: Status) -> None:
 SAMPLES: dict[str, tuple[str, Callable[[LiveSession], None]]] = {
     "rock-step": ("Stepping over a rock", rock_step),
     "rock-walk": ("A walk of one metre, from images", rock_walk),
+    "rappel": ("Down a slope of 60° on a tether", rappel),
     "fractal-step": ("A step on fractal ground", fractal_step),
     "refused-step": ("A step refused", refused_step),
     "edited-export": ("A sequence edited and exported", edited_export),

@@ -5,6 +5,7 @@ import io
 import json
 import re
 from collections.abc import Callable
+from dataclasses import replace
 from typing import get_args, get_type_hints
 
 import numpy as np
@@ -14,8 +15,9 @@ from hypothesis import given, settings
 from footfall.api.routes.sequences import ExportFormat
 from footfall.cli import export as command
 from footfall.core.errors import InvalidSequence
-from footfall.io.exports import COUNTING, FORMATS, MEDIA, SUFFIXES, export
+from footfall.io.exports import COUNTING, FORMATS, MEDIA, MOST_TOLD, SUFFIXES, export
 from footfall.io.imports import from_csv, from_fprime, from_json, from_seqjson, from_yamcs
+from footfall.sequence.commands import RuleResult
 from tests.support.sequences import HOSTILE, any_commands, bits, four_kinds, require_same_commands, unchecked
 
 READ = {
@@ -148,3 +150,16 @@ def test_the_command_line_and_the_api_offer_every_format():
     assert get_args(ExportFormat) == tuple(FORMATS)
     (option,) = get_type_hints(command, include_extras=True)["format"].__metadata__
     assert re.findall(r"[\w-]+", option.help.replace(" or ", " ")) == list(FORMATS)
+
+
+def test_a_refusal_names_the_first_broken_rules_and_counts_the_rest():
+    broken = tuple(RuleResult("speed", row, False, -0.1, "rad/s", f"too fast by {row}") for row in range(543))
+    with pytest.raises(InvalidSequence) as refused:
+        export(replace(four_kinds(), rules=broken), "json")
+    told = refused.value.message
+    assert told.startswith(
+        "only a sequence that keeps every rule can be exported: row 1 breaks speed (too fast by 0); row 2"
+    )
+    assert told.endswith(f"; and {543 - MOST_TOLD} more")
+    assert told.count("breaks") == MOST_TOLD
+    assert len(refused.value.details["failures"]) == 543

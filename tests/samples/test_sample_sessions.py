@@ -1,11 +1,14 @@
 """Golden replays: every product of every sample is recomputed from its parents and compared by digest."""
 
+import math
 from pathlib import Path
 
 import pytest
 
 import footfall
 from footfall.io.bundles import read_bundle
+from footfall.planning.walk.problem import WalkResult
+from footfall.recorded import RecordedSession
 from footfall.resources import sample_sessions_folder
 
 FOLDER = sample_sessions_folder()
@@ -13,6 +16,7 @@ SAMPLES = sorted(path.name for path in FOLDER.iterdir() if (path / "session.json
 KINDS = {
     "rock-step": {"terrain", "maps", "plan", "sequence", "export"},
     "rock-walk": {"terrain", "walk", "foot_moves", "export"},
+    "rappel": {"walk"},
     "fractal-step": {"maps", "plan", "execution", "sequence"},
     "refused-step": {"maps", "plan"},
     "edited-export": {"plan", "sequence", "edit", "export"},
@@ -41,3 +45,14 @@ def test_the_refused_step_says_why() -> None:
     plan = next(e for e in read_bundle(FOLDER / "refused-step").records if e.get("payload", {}).get("kind") == "plan")
     assert plan["payload"]["status"] == "goal_invalid"
     assert "leg 0" in plan["payload"]["reason"]
+
+
+def test_the_rappel_goes_down_on_its_tether() -> None:
+    session = RecordedSession(FOLDER / "rappel")
+    walk = next(e for e in read_bundle(FOLDER / "rappel").records if e.get("payload", {}).get("kind") == "walk")
+    found = session.typed(WalkResult, walk["payload"]["digest"])
+    assert found.plan is not None
+    assert found.plan.tethered is not None
+    # 2.75 m down a slope of 60°, which differs by what is irregular
+    heights = found.plan.Ts_site_base[:, 2, 3]
+    assert heights[0] - heights[-1] == pytest.approx(2.75 * math.sin(math.radians(60.0)), abs=0.3)

@@ -31,6 +31,9 @@ NOT_DESCRIBED = {"yamcs": "a stack names no joints", "html": "its pictures are o
 COUNTING = ("json", "csv", "seqjson", "fprime", "yamcs", "ros2")
 """Formats whose files number the rows, so that their encoders take the number of the first, ``first_row``, too."""
 
+MOST_TOLD = 8
+"""Broken rules that a refusal names; a walk on a tether breaks one in each of hundreds of rows."""
+
 SUFFIXES = {
     "json": ".json",
     "csv": ".csv",
@@ -111,12 +114,17 @@ def export(
 
 
 def require_exportable(sequence: Sequence) -> None:
-    """Raises InvalidSequence, naming every failing row and rule, unless all rules hold."""
+    """Raises InvalidSequence, naming the first failing rows with their rules and counting the rest, unless all rules
+    hold; ``failures`` of the error has all.
+    """
     failures = sequence.failures
     if failures or not sequence.commands:
         listed = [
-            f"{'the sequence' if f.row < 0 else f'row {f.row + 1}'} breaks {f.rule} ({f.text})" for f in failures
+            f"{'the sequence' if f.row < 0 else f'row {f.row + 1}'} breaks {f.rule} ({f.text})"
+            for f in failures[:MOST_TOLD]
         ] or ["it has no commands"]
+        if len(failures) > MOST_TOLD:
+            listed.append(f"and {len(failures) - MOST_TOLD} more")
         raise InvalidSequence(
             "only a sequence that keeps every rule can be exported: " + "; ".join(listed),
             failures=[{"row": f.row, "rule": f.rule, "text": f.text} for f in failures],
