@@ -48,6 +48,7 @@ def summary(session: SessionParts, loop: dict[str, Any] | None) -> SessionAnswer
             "status": state.plan_status,
             "reason": state.plan_reason,
             "compared": [one.plan for one in state.alternatives],
+            "doubt": session.plans.doubt(),
         },
         "execution": {
             "digest": state.execution,

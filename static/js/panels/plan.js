@@ -81,7 +81,7 @@ let drawn; // the answer that is shown, null for none
 
 function draw({ summary, plan: result }) {
   if (!summary) return;
-  const doubt = result ? outdated(summary, result) : "";
+  const doubt = result ? outdated(summary, result) || summary.plan.doubt : "";
   $("plan-doubt").hidden = !doubt;
   $("plan-doubt").textContent = doubt;
   if (result === drawn) return;

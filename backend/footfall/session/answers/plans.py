@@ -10,12 +10,13 @@ WayMode = Literal["pose_held", "rigid"]
 
 
 class PlanInSummary(TypedDict):
-    """The present plan."""
+    """The present plan. doubt: what is doubtful of one that was found, "" where nothing is."""
 
     digest: DigestText | None
     status: str | None
     reason: str
     compared: list[str]
+    doubt: str
 
 
 class PlanFigures(TypedDict):

@@ -98,6 +98,27 @@ class StepPlans:
             for one in state.plans
         ]
 
+    def doubt(self) -> str:
+        """What is doubtful of the present plan, "" where nothing is: its leg ends with less in reserve than before, and
+        than a move of the chassis leaves.
+        """
+        from footfall.planning.body.move import BodyMoveSettings
+        from footfall.planning.body.reserve import reserves
+
+        state = self._core.state
+        if state.plan is None or state.plan_status != Status.FOUND.value:
+            return ""
+        plan = self.found(state.plan)
+        start, goal = plan.waypoints[[0, -1]]
+        checks = [one.check for one in reserves(self._core.robot, start, goal, (plan.leg,), BodyMoveSettings())]
+        lacking = " and ".join(check.where for check in checks if not check.holds)
+        if not lacking:
+            return ""
+        return (
+            f"Little is left in reserve: {lacking}. The next step, or move of the chassis, may be refused; "
+            "a footfall nearer to the chassis leaves more."
+        )
+
     def planned_end(self) -> str | None:
         """Digest of what says best where the present plan ends: of its commands, its execution, which knows sag, and
         itself the one that was made last; None without a plan.
