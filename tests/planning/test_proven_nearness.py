@@ -113,10 +113,7 @@ def test_nothing_is_nearer_than_proven(paths, rng):
             hits += away == 0
         Ts_site_link, deltas = T @ Ts, np.zeros(len(body.links))
         on_ground = body._hulls[[*(one.hull for one in body._bodies), -2, -1]]
-        heights, corner, resolution = body._ground
-        coarse, finer, _ = ground_bounds(
-            on_ground, body._points, Ts_site_link, deltas, 0.0, heights, corner, resolution, 0.5, 0.5
-        )
+        coarse, finer, _ = ground_bounds(on_ground, body._points, Ts_site_link, deltas, body._ground, 0.5, 0.5)
         surface = bvh(triangulate(body.ground.dem))
         for at, link in zip(rng.integers(0, ROWS, 6), rng.integers(0, len(body.links), 6), strict=True):
             away = distance(body._bodies[link].shape, Ts_site_link[at, link], surface, np.eye(4), np.inf)
@@ -138,7 +135,7 @@ def test_a_few_triangles_are_as_near_as_all(scenes, rng):
         T[:3, 3] = *rng.uniform(-1.5, 1.5, 2), 0.0
         T[2, 3] = rng.uniform(0.2, 0.7) + dem.heights[dem.heights.shape[0] // 2, dem.heights.shape[1] // 2]
         away = distance(wheel.shape, T, piece.shape, np.eye(4), np.inf)
-        few = near_triangles(own, body._points, T[None], within, 0.0, *body._ground)
+        few = near_triangles(own, body._points, T[None], within, body._ground)
         if away > within:
             assert not len(few)
         else:

@@ -23,7 +23,7 @@ from footfall.core.value import Provenance, Value, value
 from footfall.maps.layers import GROUND, LayerInfo
 from footfall.planning.route import feasible_kernel as kernel
 from footfall.planning.route.cost import blocks, coarse_geometry, marked_off
-from footfall.planning.route.leg_places import LEGS, LegPlaces, leg_places
+from footfall.planning.route.leg_places import LEGS, leg_places
 from footfall.planning.route.problem import CostGrid, RouteSettings
 from footfall.robot.model import Robot
 from footfall.terrain.dem import Dem
@@ -185,7 +185,7 @@ def _footings(
 
 
 def _layers(
-    places: LegPlaces,
+    places: kernel.LegPlaces,
     ground: NDArray[np.float32],
     feet: NDArray[np.float32],
     trusted: NDArray[np.uint8],
@@ -197,40 +197,30 @@ def _layers(
     halves = np.array([math.isqrt(radius**2 - k**2) for k in range(-radius, radius + 1)], np.int32)
     all_cells = int((2 * halves + 1).sum())
     highest, lowest, best = (np.empty(shape, np.float32) for _ in range(3))
-    total, footed = np.empty(shape, np.int32), np.empty(shape, np.int32)
-    kernel.under_rover(ground, feet, trusted, halves, highest, lowest, best, total, footed)
+    trusted_under, footed = (np.empty(shape, np.int32) for _ in range(2))
+    under = kernel.UnderRover(highest, lowest, best, trusted_under, footed)
+    kernel.look_under_rover(ground, feet, trusted, halves, under)
     legs, why = np.empty((len(places.count), *shape), np.uint8), np.empty(shape, np.uint8)
     kernel.find_footfalls(
         np.pad(feet, radius, constant_values=-math.inf),
-        highest,
-        lowest,
-        best,
-        total,
-        footed,
+        under,
+        places,
         settings.worst * KNOWN * all_cells,
         all_cells,
         places.stroke,
         search_all,
-        radius,
-        places.rows,
-        places.cols,
-        places.strokes,
-        places.clockwise,
-        places.count,
-        places.runs,
-        places.first_run,
         legs,
         why,
     )
     known = np.isfinite(highest)
     relief, height = (np.full(shape, math.nan, np.float32) for _ in range(2))
     relief[known], height[known] = highest[known] - lowest[known], highest[known] + np.float32(places.room)
-    return relief, height, (total / (KNOWN * all_cells)).astype(np.float32), legs, why
+    return relief, height, (trusted_under / (KNOWN * all_cells)).astype(np.float32), legs, why
 
 
 def _told(
     layers: tuple[NDArray[np.generic], ...],
-    places: LegPlaces,
+    places: kernel.LegPlaces,
     geometry: GridGeometry,
     ground: NDArray[np.float32],
     trusted: NDArray[np.uint8],

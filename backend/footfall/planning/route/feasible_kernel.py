@@ -4,6 +4,8 @@ Sums are of whole numbers, and the rest are largest, smallest and first: nothing
 is computed by itself begins.
 """
 
+from typing import NamedTuple
+
 import numpy as np
 
 from footfall.compiled import njit
@@ -13,6 +15,51 @@ FREE, UNKNOWN, NO_FOOTING, TOO_HIGH, TOO_FEW, UNSUPPORTED = range(6)
 """What forbids a cell; words for them are in feasible.py."""
 LEAST_LEGS = 5
 """Legs that must find footfalls, those that support conservatively."""
+
+
+class LegPlaces(NamedTuple):
+    """Which cells around the chassis each leg has a footfall on, and how deep it reaches there (leg_places.py).
+
+    radius: of the disc under body and sweeping legs [cells]. room: of the base over the highest ground there [m].
+
+    Of each heading below a half turn and each leg, counter-clockwise (the other half turn has the same places):
+    rows, cols: (headings / 2, LEGS, most) int32 how far a footfall is from the chassis [cells]. strokes: how far below
+    the highest ground the wheel reaches there [m].
+    count: (headings / 2, LEGS) how many there are. clockwise: so many, the first ones, are clockwise of its azimuth.
+    runs: (n, 4) int32 the same cells as runs along a row: its row; level, first and second column of two windows of
+    2^level cells that together are the run. first_run: (headings / 2, 2 LEGS + 1) number of the first run of each leg's
+    clockwise half, and of its counter-clockwise one.
+    """
+
+    radius: int
+    room: float
+    rows: Ints32
+    cols: Ints32
+    strokes: Array
+    count: Ints32
+    clockwise: Ints32
+    runs: Ints32
+    first_run: Ints32
+
+    @property
+    def stroke(self) -> float:
+        """How far below the highest ground every wheel reaches, wherever it is put [m]."""
+        used = np.arange(self.strokes.shape[2]) < self.count[..., None]
+        return float(self.strokes[used].min())
+
+
+class UnderRover(NamedTuple):
+    """What lies in the disc around each cell, all (rows, cols).
+
+    highest, lowest: known ground; best: highest footing [m]. trusted: sum of trust. footed: how many cells have a
+    footing.
+    """
+
+    highest: Floats32
+    lowest: Floats32
+    best: Floats32
+    trusted: Ints32
+    footed: Ints32
 
 
 @njit()
@@ -100,26 +147,13 @@ def _sum_under(layer: Bytes, halves: Ints32, out: Ints32) -> None:
 
 
 @njit()
-def under_rover(
-    ground: Floats32,
-    feet: Floats32,
-    trust: Bytes,
-    halves: Ints32,
-    highest: Floats32,
-    lowest: Floats32,
-    best: Floats32,
-    trusted: Ints32,
-    footed: Ints32,
-) -> None:
-    """Write what lies in the disc around each cell, all (rows, cols).
-
-    highest, lowest known ground and highest footing [m]; sum of trust; how many cells have a footing.
-    """
-    _largest_under(ground, halves, True, highest)
-    _largest_under(ground, halves, False, lowest)
-    _largest_under(feet, halves, True, best)
-    _sum_under(trust, halves, trusted)
-    _sum_under(np.isfinite(feet).astype(np.uint8), halves, footed)
+def look_under_rover(ground: Floats32, feet: Floats32, trust: Bytes, halves: Ints32, under: UnderRover) -> None:
+    """Write what lies in the disc around each cell; halves: half its width, row by row."""
+    _largest_under(ground, halves, True, under.highest)
+    _largest_under(ground, halves, False, under.lowest)
+    _largest_under(feet, halves, True, under.best)
+    _sum_under(trust, halves, under.trusted)
+    _sum_under(np.isfinite(feet).astype(np.uint8), halves, under.footed)
 
 
 @njit()
@@ -132,7 +166,7 @@ def _outermost(feet, at, high, offsets, strokes, places):
 
 
 @njit()
-def _five_support(feet, at, high, offsets, strokes, clockwise, count, rows, cols, halves, j, least, most, missing):
+def _five_support(feet, at, high, offsets, places, heading, halves, j, least, most, missing):
     """Whether five legs find footfalls that support the middle conservatively.
 
     Whether any closed half-plane at the middle holds fewer than two feet depends on their directions alone: none does
@@ -140,10 +174,12 @@ def _five_support(feet, at, high, offsets, strokes, clockwise, count, rows, cols
     the pairs around the missing one can be, and these share no leg. The legs of a pair are on opposite sides: their
     places have the same directions, turned by a half turn.
 
-    halves: the highest footings of column j, in the clockwise and the counter-clockwise half of each leg's sector.
-    least, most: how deep each leg reaches all over its sector, and somewhere in it.
+    offsets: of the places of that heading in ``feet``. halves: the highest footings of column j, in the clockwise and
+    the counter-clockwise half of each leg's sector. least, most: how deep each leg reaches all over its sector, and
+    somewhere in it.
     """
-    legs = count.size
+    count, clockwise, strokes = places.count[heading], places.clockwise[heading], places.strokes[heading]
+    rows, cols, legs = places.rows[heading], places.cols[heading], places.count.shape[1]
     for behind, ahead in ((missing - 2, missing + 1), (missing - 1, missing + 2)):
         a, b = (behind + legs) % legs, ahead % legs
         below_a, below_b = high - np.float64(halves[2 * a + 1, j]), high - np.float64(halves[2 * b, j])
@@ -202,39 +238,28 @@ def _depths(strokes: Array, count: Ints32) -> tuple[Array, Array]:
 @njit()
 def find_footfalls(
     feet: Floats32,
-    highest: Floats32,
-    lowest: Floats32,
-    best: Floats32,
-    trusted: Ints32,
-    footed: Ints32,
+    under: UnderRover,
+    places: LegPlaces,
     least_trusted: float,
     all_cells: int,
     stroke: float,
     search_all: bool,
-    margin: int,
-    rows: Ints32,
-    cols: Ints32,
-    strokes: Array,
-    clockwise: Ints32,
-    count: Ints32,
-    runs: Ints32,
-    first_run: Ints32,
     legs: Bytes,
     why: Bytes,
 ) -> None:
     """Write how many legs find footfalls that support, (headings, rows, cols), 0 where too few; and why all are 0.
 
-    feet: with ``margin`` cells of −inf all around. highest … footed: (rows, cols), of ``under_rover``. all_cells: of
-    the disc. Where each of these has a footing within ``stroke`` of the highest ground all legs find one, and nothing
-    is searched, unless ``search_all``. rows … first_run: of LegPlaces.
+    feet: with as many cells of −inf all around as the disc's radius. all_cells: of the disc. Where each of these has a
+    footing within ``stroke`` of the highest ground all legs find one, and nothing is searched, unless ``search_all``.
 
     Row by row: the highest footing in each half of a leg's sector, of windows that all headings, legs and rows share,
     says of nearly every cell whether that leg finds one. Where it does not, place by place is looked at.
     """
-    headings, leg_count = count.shape
+    highest, runs, margin = under.highest, places.runs, places.radius
+    headings, leg_count = places.count.shape
     width, side = feet.shape[1], 2 * margin + 1
-    flat, offsets = feet.ravel(), rows * width + cols
-    least, most = _depths(strokes, count)
+    flat, offsets = feet.ravel(), places.rows * width + places.cols
+    least, most = _depths(places.strokes, places.count)
     deepest = most.max()
     wide = np.empty((side, runs[:, 1].max() + 1, width), np.float32)
     for row in range(side - 1):
@@ -248,21 +273,21 @@ def find_footfalls(
             high = np.float64(highest[i, j])
             legs[:, i, j] = 0
             searched[j] = False
-            if trusted[i, j] < least_trusted:
+            if under.trusted[i, j] < least_trusted:
                 why[i, j] = UNKNOWN
-            elif not search_all and footed[i, j] == all_cells and high - np.float64(lowest[i, j]) <= stroke:
+            elif not search_all and under.footed[i, j] == all_cells and high - np.float64(under.lowest[i, j]) <= stroke:
                 legs[:, i, j] = leg_count
                 why[i, j] = FREE
-            elif footed[i, j] == 0:
+            elif under.footed[i, j] == 0:
                 why[i, j] = NO_FOOTING
-            elif high - np.float64(best[i, j]) > deepest:
+            elif high - np.float64(under.best[i, j]) > deepest:
                 why[i, j] = TOO_HIGH
             else:
                 why[i, j], searched[j] = TOO_FEW, True
                 west, east = min(west, j), j + 1
         for h in range(headings if west < east else 0):
             for half in range(2 * leg_count):
-                own = runs[first_run[h, half] : first_run[h, half + 1]]
+                own = runs[places.first_run[h, half] : places.first_run[h, half + 1]]
                 _highest_of(wide, i, west, margin, own, halves[half, west:east])
             for j in range(west, east):
                 if not searched[j]:
@@ -273,29 +298,14 @@ def find_footfalls(
                     below = high - np.float64(max(halves[2 * leg, j], halves[2 * leg + 1, j]))
                     if below <= least[h, leg]:
                         continue
-                    every = range(count[h, leg])
-                    if below > most[h, leg] or _outermost(flat, at, high, offsets[h, leg], strokes[h, leg], every) < 0:
+                    every, strokes = range(places.count[h, leg]), places.strokes[h, leg]
+                    if below > most[h, leg] or _outermost(flat, at, high, offsets[h, leg], strokes, every) < 0:
                         missing = leg
                         lacking += 1
                 if lacking == 0:
                     legs[h, i, j] = leg_count
                 elif leg_count - lacking >= LEAST_LEGS:
-                    if _five_support(
-                        flat,
-                        at,
-                        high,
-                        offsets[h],
-                        strokes[h],
-                        clockwise[h],
-                        count[h],
-                        rows[h],
-                        cols[h],
-                        halves,
-                        j,
-                        least[h],
-                        most[h],
-                        missing,
-                    ):
+                    if _five_support(flat, at, high, offsets[h], places, h, halves, j, least[h], most[h], missing):
                         legs[h, i, j] = leg_count - lacking
                     elif why[i, j] != FREE:
                         why[i, j] = UNSUPPORTED

@@ -4,7 +4,6 @@ The legs share the plane in sectors as seen from the middle of the chassis, so n
 """
 
 import math
-from dataclasses import dataclass
 from functools import lru_cache
 
 import numpy as np
@@ -14,6 +13,7 @@ from footfall.core.arrays import Array
 from footfall.core.errors import InvalidInput
 from footfall.planning.body.move import JOINT_RESERVE, REACH_RESERVE
 from footfall.planning.route.cost import reach
+from footfall.planning.route.feasible_kernel import LegPlaces
 from footfall.robot.description import link_name
 from footfall.robot.ik import solve_leg, wheel_pose_for_contact
 from footfall.robot.leg_branches import BRANCHES
@@ -25,36 +25,6 @@ LEGS = 6
 FINE = 0.02
 """Distances and depths at which a leg is tried [m]."""
 _EVEN = 1e-6
-
-
-@dataclass(frozen=True, eq=False)
-class LegPlaces:
-    """radius: of the disc under body and sweeping legs [cells]. room: of the base over the highest ground there [m].
-
-    Of each heading below a half turn and each leg, counter-clockwise (the other half turn has the same places):
-    rows, cols: (headings / 2, LEGS, most) int32 how far a footfall is from the chassis [cells]. strokes: how far below
-    the highest ground the wheel reaches there [m].
-    count: (headings / 2, LEGS) how many there are. clockwise: so many, the first ones, are clockwise of its azimuth.
-    runs: (n, 4) int32 the same cells as runs along a row: its row; level, first and second column of two windows of
-    2^level cells that together are the run. first_run: (headings / 2, 2 LEGS + 1) number of the first run of each leg's
-    clockwise half, and of its counter-clockwise one.
-    """
-
-    radius: int
-    room: float
-    rows: NDArray[np.int32]
-    cols: NDArray[np.int32]
-    strokes: Array
-    count: NDArray[np.int32]
-    clockwise: NDArray[np.int32]
-    runs: NDArray[np.int32]
-    first_run: NDArray[np.int32]
-
-    @property
-    def stroke(self) -> float:
-        """How far below the highest ground every wheel reaches, wherever it is put [m]."""
-        used = np.arange(self.strokes.shape[2]) < self.count[..., None]
-        return float(self.strokes[used].min())
 
 
 def leg_places(robot: Robot, resolution: float, headings: int) -> LegPlaces:

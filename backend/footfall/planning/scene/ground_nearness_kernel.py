@@ -4,6 +4,7 @@ Ground is looked at as boxes around a few of its blocks, and as its triangles wh
 """
 
 import math
+from typing import NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
@@ -19,16 +20,33 @@ DEPTH = 1.0
 """How far those boxes go down below the lowest ground of their tile [m]; any would do."""
 
 
+class RaisedGround(NamedTuple):
+    """The heights of a grid (rows, cols), all of them known and raised by ``lift``, and where it lies [m].
+
+    corner: (2,) x and y of the first cell; resolution: side of the cells.
+    """
+
+    heights: NDArray[np.float32]
+    corner: Array
+    resolution: float
+    lift: float
+
+
+class Memory(NamedTuple):
+    """What a search for distances writes into, and a pose that moves nothing."""
+
+    identity: Array
+    scratch: Array
+    corners: Array
+
+
 @njit()
 def ground_bounds(
     shells: Array,
     points: Array,
     poses: Array,
     deltas: Array,
-    lift: float,
-    heights: NDArray[np.float32],
-    corner: Array,
-    resolution: float,
+    ground: RaisedGround,
     boxes: Array,
     windows: NDArray[np.int64],
     below: float,
@@ -37,9 +55,8 @@ def ground_bounds(
     """A distance to the ground beyond δ that exists, of which posture and link, and bounds of what may be nearer.
 
     shells, points: of points alone (shells.point_shells), a row for each link, the last two for ground; poses: (n,
-    links, 4, 4) in site; deltas: (links,). heights: (rows, cols) of ground raised by ``lift``; corner: (2,) x, y of the
-    first; boxes: (tiles, 6) lowest and highest corner of each tile, unraised; windows: (tiles, 4) its first and last
-    row and column. ``below``: more is not looked for [m].
+    links, 4, 4) in site; deltas: (links,). boxes: (tiles, 6) lowest and highest corner of each tile, unraised; windows:
+    (tiles, 4) its first and last row and column. ``below``: more is not looked for [m].
     Returns the least of ``below`` and the heights of a link's points over the ground under them, beyond δ, with its
     posture and link (−1 where it is ``below``); and lower bounds (n, links, tiles). Those that are less than that are
     as good as the links' hulls allow; with ``nearest`` only those that are less than every bound before.
@@ -59,24 +76,21 @@ def ground_bounds(
                 poses[i, link],
                 low[i, link],
                 high[i, link],
-                lift,
-                heights,
-                corner,
-                resolution,
+                ground,
                 np.inf,
             )
             if over > 0.0 and over - deltas[link] < least:
                 least, posture, lowest = over - deltas[link], i, link
     out, near = np.empty((n, links, tiles)), least
-    identity, scratch, work = unmoved(), np.empty((SCRATCH, 3)), np.empty((2, 3))
+    memory = empty_memory()
     ground_low, ground_high = np.empty(3), np.empty(3)
     for i in range(n):
         for link in range(links):
             for tile in range(tiles):
                 for k in range(3):
                     ground_low[k], ground_high[k] = boxes[tile, k], boxes[tile, 3 + k]
-                ground_low[2] += lift
-                ground_high[2] += lift
+                ground_low[2] += ground.lift
+                ground_high[2] += ground.lift
                 bound = boxes_apart(low[i, link], high[i, link], ground_low, ground_high)
                 enough = near + deltas[link]
                 if bound < enough:
@@ -89,15 +103,10 @@ def ground_bounds(
                         low[i, link],
                         high[i, link],
                         enough,
-                        lift,
-                        heights,
-                        corner,
-                        resolution,
+                        ground,
                         windows[tile],
                         ground_low[2] - DEPTH,
-                        identity,
-                        scratch,
-                        work,
+                        memory,
                     )
                 out[i, link, tile] = bound - deltas[link]
                 if nearest:
@@ -110,10 +119,7 @@ def ground_depths(
     shells: Array,
     points: Array,
     poses: Array,
-    lift: float,
-    heights: NDArray[np.float32],
-    corner: Array,
-    resolution: float,
+    ground: RaisedGround,
 ) -> Array:
     """How far each link's deepest point is under the ground, (n, links) [m]; see :func:`ground_bounds`.
 
@@ -130,13 +136,13 @@ def ground_depths(
                     points[k, 1] + shells[link, CENTER + 1],
                     points[k, 2] + shells[link, CENTER + 2],
                 )
-                u = (T[0, 0] * x + T[0, 1] * y + T[0, 2] * z + T[0, 3] - corner[0]) / resolution
-                v = (T[1, 0] * x + T[1, 1] * y + T[1, 2] * z + T[1, 3] - corner[1]) / resolution
-                height = ground_height(heights, u, v)
+                u = (T[0, 0] * x + T[0, 1] * y + T[0, 2] * z + T[0, 3] - ground.corner[0]) / ground.resolution
+                v = (T[1, 0] * x + T[1, 1] * y + T[1, 2] * z + T[1, 3] - ground.corner[1]) / ground.resolution
+                height = ground_height(ground.heights, u, v)
                 if height == -np.inf:
                     out[i, link] = np.inf
                 up = T[2, 0] * x + T[2, 1] * y + T[2, 2] * z + T[2, 3]
-                out[i, link] = max(out[i, link], height + lift - up)
+                out[i, link] = max(out[i, link], height + ground.lift - up)
     return out
 
 
@@ -148,10 +154,7 @@ def over_points(
     T: Array,
     low: Array,
     high: Array,
-    lift: float,
-    heights: NDArray[np.float32],
-    corner: Array,
-    resolution: float,
+    ground: RaisedGround,
     off: float,
 ) -> float:
     """Least height of a link's points over the ground [m], one off the grid counting as ``off``.
@@ -159,7 +162,7 @@ def over_points(
     Writes the box around the link.
     """
     low[:], high[:] = np.inf, -np.inf
-    least, at = np.inf, np.empty(3)
+    least, at, corner = np.inf, np.empty(3), ground.corner
     for k in range(int(shells[link, FIRST]), int(shells[link, LAST])):
         x, y, z = (
             points[k, 0] + shells[link, CENTER],
@@ -169,19 +172,20 @@ def over_points(
         for row in range(3):
             at[row] = T[row, 0] * x + T[row, 1] * y + T[row, 2] * z + T[row, 3]
             low[row], high[row] = min(low[row], at[row]), max(high[row], at[row])
-        ground = ground_height(heights, (at[0] - corner[0]) / resolution, (at[1] - corner[1]) / resolution)
-        over = at[2] - lift - ground if ground > -np.inf else off
+        u, v = (at[0] - corner[0]) / ground.resolution, (at[1] - corner[1]) / ground.resolution
+        height = ground_height(ground.heights, u, v)
+        over = at[2] - ground.lift - height if height > -np.inf else off
         if over < least:
             least = over
     return least
 
 
 @njit()
-def unmoved() -> Array:
-    """A pose that moves nothing, (1, 3, 4)."""
+def empty_memory() -> Memory:
+    """Memory of the sizes that are needed."""
     pose = np.zeros((1, 3, 4))
     pose[0, 0, 0] = pose[0, 1, 1] = pose[0, 2, 2] = 1.0
-    return pose
+    return Memory(pose, np.empty((SCRATCH, 3)), np.empty((2, 3)))
 
 
 @njit()
@@ -219,23 +223,18 @@ def tile_apart(
     low: Array,
     high: Array,
     enough: float,
-    lift: float,
-    heights: NDArray[np.float32],
-    corner: Array,
-    resolution: float,
+    ground: RaisedGround,
     window: NDArray[np.int64],
     bottom: float,
-    identity: Array,
-    scratch: Array,
-    work: Array,
+    memory: Memory,
 ) -> float:
     """A lower bound of a link's distance to the ground of a tile [m]: to boxes around a few blocks, then triangles.
 
     box: row of ``shells`` to write the ground into, the next is for a triangle. low, high: box around the link. As good
-    as the link's hull allows where it is less than ``enough``. work: memory, (2, 3).
+    as the link's hull allows where it is less than ``enough``. window: first and last row, first and last column.
     """
-    least = np.inf
-    ground_low, ground_high = work[0], work[1]
+    least, corner, resolution = np.inf, ground.corner, ground.resolution
+    ground_low, ground_high = memory.corners[0], memory.corners[1]
     ground_low[2] = bottom
     for r in range(window[0], window[1], LEAF):
         for c in range(window[2], window[3], LEAF):
@@ -245,14 +244,14 @@ def tile_apart(
             most = -np.inf
             for i in range(r, last_r + 1):
                 for j in range(c, last_c + 1):
-                    most = max(most, float(heights[i, j]))
-            ground_high[2] = most + lift
+                    most = max(most, float(ground.heights[i, j]))
+            ground_high[2] = most + ground.lift
             bound = boxes_apart(low, high, ground_low, ground_high)
             if bound < least and bound < enough:
                 _as_box(shells, box, ground_low, ground_high)
-                bound = max(
-                    bound, least_apart(shells, points, link, poses, link, box, identity, 0, min(least, enough), scratch)
-                )
+                nearer = min(least, enough)
+                found = least_apart(shells, points, link, poses, link, box, memory.identity, 0, nearer, memory.scratch)
+                bound = max(bound, found)
             if bound < least and bound < enough:
                 bound = _block_apart(
                     shells,
@@ -263,16 +262,9 @@ def tile_apart(
                     low,
                     high,
                     min(least, enough),
-                    lift,
-                    heights,
-                    corner,
-                    resolution,
-                    r,
-                    last_r,
-                    c,
-                    last_c,
-                    identity,
-                    scratch,
+                    ground,
+                    (r, last_r, c, last_c),
+                    memory,
                 )
             least = min(least, bound)
     return least
@@ -288,34 +280,24 @@ def _block_apart(
     low: Array,
     high: Array,
     enough: float,
-    lift: float,
-    heights: NDArray[np.float32],
-    corner: Array,
-    resolution: float,
-    first_r: int,
-    last_r: int,
-    first_c: int,
-    last_c: int,
-    identity: Array,
-    scratch: Array,
+    ground: RaisedGround,
+    block: tuple[int, int, int, int],
+    memory: Memory,
 ) -> float:
     """A lower bound of a link's distance to the triangles of some rows and columns, exact for a convex link."""
     least = np.inf
     ground_low, ground_high = np.empty(3), np.empty(3)
-    for r in range(first_r, last_r):
-        for c in range(first_c, last_c):
+    for r in range(block[0], block[1]):
+        for c in range(block[2], block[3]):
             for half in range(2):
-                as_triangle(
-                    shells, points, triangle, r, c, half, lift, heights, corner, resolution, ground_low, ground_high
-                )
+                as_triangle(shells, points, triangle, r, c, half, ground, ground_low, ground_high)
                 bound = boxes_apart(low, high, ground_low, ground_high)
                 if bound < least and bound < enough:
-                    bound = max(
-                        bound,
-                        least_apart(
-                            shells, points, link, poses, link, triangle, identity, 0, min(least, enough), scratch
-                        ),
+                    nearer = min(least, enough)
+                    found = least_apart(
+                        shells, points, link, poses, link, triangle, memory.identity, 0, nearer, memory.scratch
                     )
+                    bound = max(bound, found)
                 least = min(least, bound)
     return least
 
@@ -328,10 +310,7 @@ def as_triangle(
     r: int,
     c: int,
     half: int,
-    lift: float,
-    heights: NDArray[np.float32],
-    corner: Array,
-    resolution: float,
+    ground: RaisedGround,
     low: Array,
     high: Array,
 ) -> None:
@@ -342,9 +321,9 @@ def as_triangle(
     for k in range(3):
         row = r + (0 if k == 0 or (half == 0 and k == 1) else 1)
         col = c + (0 if k == 0 or (half == 1 and k == 2) else 1)
-        corners[k, 0] = corner[0] + col * resolution
-        corners[k, 1] = corner[1] + row * resolution
-        corners[k, 2] = float(heights[row, col]) + lift
+        corners[k, 0] = ground.corner[0] + col * ground.resolution
+        corners[k, 1] = ground.corner[1] + row * ground.resolution
+        corners[k, 2] = float(ground.heights[row, col]) + ground.lift
     square = 0.0
     for k in range(3):
         low[k] = min(corners[0, k], corners[1, k], corners[2, k])

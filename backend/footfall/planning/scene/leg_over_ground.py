@@ -14,7 +14,7 @@ from footfall.core.arrays import Array
 from footfall.core.frames import transform
 from footfall.core.mesh import Mesh
 from footfall.planning.scene.ground import Nearby
-from footfall.planning.scene.ground_nearness_kernel import ground_bounds, ground_depths
+from footfall.planning.scene.ground_nearness_kernel import RaisedGround, ground_bounds, ground_depths
 from footfall.planning.scene.solids import (
     TOLERANCE,
     Gap,
@@ -58,8 +58,8 @@ class LegOverGround:
         touching: the wheel may touch the ground, and be in it by what it can sink. more: asked beyond every δ [m].
         """
         poses, deltas = self._poses(qs), self._deltas(touching) + more
-        shells, tiles = self._shells[touching], self._ground.tiles
-        depths = ground_depths(*shells, poses, raise_terrain, tiles.heights, tiles.corner, tiles.resolution)
+        shells = self._shells[touching]
+        depths = ground_depths(*shells, poses, self._raised(raise_terrain))
         *_, bounds = self._bounds(poses, deltas, raise_terrain, shells, 0.0, nearest=False)
         near = bounds <= _ROUNDING
         bodies = [self._moving[part] for part in PARTS[:-1]] + [self._touching if touching else self._moving["wheel"]]
@@ -111,8 +111,12 @@ class LegOverGround:
         self, poses: Array, deltas: Array, lift: float, shells: tuple[Array, Array], below: float, nearest: bool
     ) -> tuple[float, int, int, Array]:
         tiles = self._ground.tiles
-        ground = tiles.heights, tiles.corner, tiles.resolution, tiles.boxes, tiles.windows
-        return ground_bounds(*shells, np.ascontiguousarray(poses), deltas, lift, *ground, below, nearest)
+        poses = np.ascontiguousarray(poses)
+        return ground_bounds(*shells, poses, deltas, self._raised(lift), tiles.boxes, tiles.windows, below, nearest)
+
+    def _raised(self, lift: float) -> RaisedGround:
+        tiles = self._ground.tiles
+        return RaisedGround(tiles.heights, tiles.corner, tiles.resolution, lift)
 
     def _between(self, part: str) -> str:
         return f"{self._names[part]} and the terrain"

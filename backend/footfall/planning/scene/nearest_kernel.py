@@ -8,17 +8,17 @@ one found before it, and else no worse than the coarse one: of what may be the l
 import math
 
 import numpy as np
-from numpy.typing import NDArray
 
 from footfall.compiled import njit
 from footfall.core.arrays import Array, Ints
 from footfall.planning.scene.ground_nearness_kernel import (
     DEPTH,
+    RaisedGround,
     as_triangle,
     boxes_apart,
+    empty_memory,
     over_points,
     tile_apart,
-    unmoved,
 )
 from footfall.robot.separation import SCRATCH, least_apart
 from footfall.robot.shells import CENTER, REACH
@@ -68,18 +68,15 @@ def ground_bounds(
     points: Array,
     poses: Array,
     deltas: Array,
-    lift: float,
-    heights: NDArray[np.float32],
-    corner: Array,
-    resolution: float,
+    ground: RaisedGround,
     beside: float,
     far: float,
 ) -> tuple[Array, Array, Array]:
     """Coarse and finer bounds of how far links are from the ground beyond δ, (n, links) [m], and (links, 4) boxes.
 
     shells, points: hulls of the links, and two more rows to write ground into (leg_over_ground.py); poses: (n, links,
-    4, 4) in site; deltas: (links,). heights: (rows, cols) of ground raised by ``lift``, without holes; corner: (2,) x
-    and y of the first. The boxes around a link's whole way, west, south, east and north, are larger by ``beside``.
+    4, 4) in site; deltas: (links,). The boxes around a link's whole way, west, south, east and north, are larger by
+    ``beside``.
 
     Coarse: a link is as far from the ground as its lowest point is above the highest ground in its box; ground farther
     off is at least ``beside`` away. Finer: −inf where a part of it may be below the ground: where one of its points is
@@ -104,10 +101,7 @@ def ground_bounds(
                 poses[i, link],
                 low[i, link],
                 high[i, link],
-                lift,
-                heights,
-                corner,
-                resolution,
+                ground,
                 -np.inf,
             )
             finer[i, link] = over
@@ -118,12 +112,11 @@ def ground_bounds(
                 boxes[link, 2 + k] = max(boxes[link, 2 + k], high[i, link, k])
         boxes[link, :2] -= beside
         boxes[link, 2:] += beside
-        lowest, highest = _extremes(boxes[link, :2], boxes[link, 2:], heights, corner, resolution)
-        bottoms[link], highest = lowest + lift - DEPTH, highest + lift
+        lowest, highest = _extremes(boxes[link, :2], boxes[link, 2:], ground)
+        bottoms[link], highest = lowest + ground.lift - DEPTH, highest + ground.lift
         for i in range(n):
             coarse[i, link] = min(low[i, link, 2] - highest - ROUNDING, beside) - deltas[link]
-    identity, scratch, work = unmoved(), np.empty((SCRATCH, 3)), np.empty((2, 3))
-    window = np.empty(4, np.int64)
+    memory, window = empty_memory(), np.empty(4, np.int64)
     for i in range(n):
         for link in range(links):
             if not finer[i, link] > 0.0:
@@ -132,7 +125,7 @@ def ground_bounds(
             bound = coarse[i, link]
             if bound < near:
                 enough = near + deltas[link]
-                _window(low[i, link] - enough, high[i, link] + enough, heights, corner, resolution, window)
+                _window(low[i, link] - enough, high[i, link] + enough, ground, window)
                 window[1] -= 1
                 window[3] -= 1
                 # ground outside of the window is farther than is asked for
@@ -147,15 +140,10 @@ def ground_bounds(
                         low[i, link],
                         high[i, link],
                         enough,
-                        lift,
-                        heights,
-                        corner,
-                        resolution,
+                        ground,
                         window,
                         bottoms[link],
-                        identity,
-                        scratch,
-                        work,
+                        memory,
                     ),
                 )
                 bound = max(bound, found - deltas[link]) if found > 0.0 else -np.inf
@@ -170,10 +158,7 @@ def near_triangles(
     points: Array,
     T: Array,
     within: float,
-    lift: float,
-    heights: NDArray[np.float32],
-    corner: Array,
-    resolution: float,
+    ground: RaisedGround,
 ) -> Ints:
     """Triangles of the ground that may be nearer to a link than ``within`` [m], the others are proven to be farther.
 
@@ -182,47 +167,42 @@ def near_triangles(
     """
     shells, points = shells.copy(), points.copy()
     low, high, ground_low, ground_high = np.empty(3), np.empty(3), np.empty(3), np.empty(3)
-    over_points(shells, points, 0, T[0], low, high, lift, heights, corner, resolution, -np.inf)
-    identity, scratch, window = unmoved(), np.empty((SCRATCH, 3)), np.empty(4, np.int64)
-    _window(low - within, high + within, heights, corner, resolution, window)
+    over_points(shells, points, 0, T[0], low, high, ground, -np.inf)
+    memory, window = empty_memory(), np.empty(4, np.int64)
+    _window(low - within, high + within, ground, window)
     found = np.empty((2 * max((window[1] - window[0]) * (window[3] - window[2]), 0), 3), np.int64)
     count, triangle = 0, shells.shape[0] - 1
     for row in range(window[0], window[1] - 1):
         for col in range(window[2], window[3] - 1):
             for half in range(2):
-                as_triangle(
-                    shells, points, triangle, row, col, half, lift, heights, corner, resolution, ground_low, ground_high
-                )
+                as_triangle(shells, points, triangle, row, col, half, ground, ground_low, ground_high)
                 if boxes_apart(low, high, ground_low, ground_high) >= within:
                     continue
-                if least_apart(shells, points, 0, T, 0, triangle, identity, 0, within, scratch) < within:
+                away = least_apart(shells, points, 0, T, 0, triangle, memory.identity, 0, within, memory.scratch)
+                if away < within:
                     found[count, 0], found[count, 1], found[count, 2] = row, col, half
                     count += 1
     return found[:count]
 
 
 @njit()
-def _extremes(
-    low: Array, high: Array, heights: NDArray[np.float32], corner: Array, resolution: float
-) -> tuple[float, float]:
+def _extremes(low: Array, high: Array, ground: RaisedGround) -> tuple[float, float]:
     """Lowest and highest ground in a box and beside it by a cell [m]; infinite where there is none."""
     window, lowest, highest = np.empty(4, np.int64), np.inf, -np.inf
-    _window(low, high, heights, corner, resolution, window)
+    _window(low, high, ground, window)
     for row in range(window[0], window[1]):
         for col in range(window[2], window[3]):
-            height = float(heights[row, col])
+            height = float(ground.heights[row, col])
             lowest, highest = min(lowest, height), max(highest, height)
     return lowest, highest
 
 
 @njit()
-def _window(
-    low: Array, high: Array, heights: NDArray[np.float32], corner: Array, resolution: float, window: Ints
-) -> None:
+def _window(low: Array, high: Array, ground: RaisedGround, window: Ints) -> None:
     """Write first row and the one after the last, then the same of columns: cells in a box and their neighbours."""
     for k in range(2):
-        size = heights.shape[1 - k]
-        first = math.floor((low[k] - corner[k]) / resolution)
-        last = math.ceil((high[k] - corner[k]) / resolution) + 1
+        size = ground.heights.shape[1 - k]
+        first = math.floor((low[k] - ground.corner[k]) / ground.resolution)
+        last = math.ceil((high[k] - ground.corner[k]) / ground.resolution) + 1
         window[2 - 2 * k] = min(max(first, 0), size)
         window[3 - 2 * k] = min(max(last, 0), size)

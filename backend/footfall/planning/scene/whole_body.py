@@ -18,6 +18,7 @@ from footfall.core.arrays import Array
 from footfall.core.frames import apply, inverse, transform
 from footfall.core.grid import GridGeometry
 from footfall.planning.scene.ground import Nearby
+from footfall.planning.scene.ground_nearness_kernel import RaisedGround
 from footfall.planning.scene.ground_piece import GroundPiece
 from footfall.planning.scene.least import EQUAL, least
 from footfall.planning.scene.leg_over_ground import with_ground
@@ -84,7 +85,7 @@ class WholeBody:
         self._pairs, self._deltas = self._own_pairs(chassis)
         grid = ground.dem.geometry
         heights = np.array(ground.dem.heights, np.float32, order="C")
-        self._ground = heights, np.array([grid.x0, grid.y0]), grid.resolution
+        self._ground = RaisedGround(heights, np.array([grid.x0, grid.y0]), grid.resolution, 0.0)
 
     def poses(self, postures: Array) -> Array:
         """T_base_link, (n, links, 4, 4), for postures (n, legs × 6)."""
@@ -145,7 +146,7 @@ class WholeBody:
             if within > -np.inf:
                 # all of it is above the ground, and mostly as near as its bound says
                 own = hulls[[column, *_ON_GROUND]]
-                few = near_triangles(own, self._points, T[None], within, raised, *self._ground)
+                few = near_triangles(own, self._points, T[None], within, self._ground._replace(lift=raised))
                 if len(few) and 0 < (distance := _distance(body.shape, T, piece.few(few), T_ground)) < within:
                     return _spare(distance, delta)
             depth = _depth(self.ground.dem, body.vertices, T, raised)
@@ -192,7 +193,7 @@ class WholeBody:
         hulls = self._hulls[[*(body.hull for body, _ in bodies), *_ON_GROUND]]
         deltas = np.array([delta for _, delta in bodies])
         beside = GROUND_FAR + float(deltas.max())
-        found = ground_bounds(hulls, self._points, Ts, deltas, raised, *self._ground, beside, GROUND_FAR)
+        found = ground_bounds(hulls, self._points, Ts, deltas, self._ground._replace(lift=raised), beside, GROUND_FAR)
         return bodies, Ts, hulls, *found
 
     def _piece(self, low: Array, high: Array) -> GroundPiece:
