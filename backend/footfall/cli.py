@@ -7,7 +7,7 @@ import io
 import sys
 from importlib import import_module
 from pathlib import Path
-from typing import Annotated, Any
+from typing import Annotated
 
 import typer
 
@@ -114,10 +114,9 @@ def replay(
             say(line, as_json)
     ok = all(report.ok for report in reports.values())
     if as_json:
-        told: dict[str, dict[str, Any]] = {"bundles": {}, "recordings": {}}
-        for path, report in reports.items():
-            told["bundles" if isinstance(report, ReplayReport) else "recordings"][path] = report.as_dict()
-        terminal.show({"ok": ok, **told})
+        of_bundles = {path: one.as_dict() for path, one in reports.items() if isinstance(one, ReplayReport)}
+        of_recordings = {path: one.as_dict() for path, one in reports.items() if isinstance(one, RecordingReport)}
+        terminal.show({"ok": ok, "bundles": of_bundles, "recordings": of_recordings})
     raise typer.Exit(0 if ok else 1)
 
 

@@ -2,7 +2,7 @@
 
 import time
 from pathlib import Path
-from typing import Annotated, Any
+from typing import Annotated
 
 import typer
 
@@ -64,7 +64,7 @@ def _show(result: GaitResult, seconds: float, as_json: bool) -> None:
     typer.echo(f"planned in {seconds:z.2f} s")
 
 
-def _figures(plan: GaitPlan) -> dict[str, Any]:
+def _figures(plan: GaitPlan) -> dict[str, float]:
     """What a gait comes to. Lengths [m]; largest_torque: share of a joint's limit."""
     return {
         "steps": len(plan.groups),

@@ -5,7 +5,7 @@ from collections import Counter
 from collections.abc import Mapping
 from dataclasses import asdict
 from pathlib import Path
-from typing import TYPE_CHECKING, Any, NoReturn
+from typing import TYPE_CHECKING, NoReturn
 
 import numpy as np
 import typer
@@ -201,6 +201,6 @@ def _show(result: LeggedResult, seconds: float, as_json: bool) -> None:
     typer.echo(f"planned in {seconds:z.2f} s")
 
 
-def _figures(plan: LeggedPlan) -> dict[str, Any]:
+def _figures(plan: LeggedPlan) -> dict[str, float]:
     """What a walk comes to; chassis_way [m]."""
     return {"foot_moves": len(plan.moves), "waypoints": len(plan.waypoints), "chassis_way": plan.chassis_way}

@@ -150,7 +150,7 @@ def show_plan(result: PlanResult, done: ExecutionResult | None, as_json: bool) -
 
 def commands_made(
     result: PlanResult | WalkResult, done: ExecutionResult | WalkExecutionResult | None
-) -> dict[str, Any]:
+) -> dict[str, object]:
     """How a step or a walk is commanded; done: None: as it was planned."""
     if done is None:
         return {"mode": "rigid", "status": result.status, "reason": "", "digest": None}

@@ -189,7 +189,7 @@ def _show(result: WalkResult, done: WalkExecutionResult | None, seconds: float, 
         terminal.show_checks(done.checks)
 
 
-def _figures(plan: WalkPlan) -> dict[str, Any]:
+def _figures(plan: WalkPlan) -> dict[str, float]:
     """What a walk comes to. chassis_way, least_margin [m]; largest_torque: share of a joint's limit."""
     return {
         "foot_moves": plan.foot_moves,

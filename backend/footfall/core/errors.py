@@ -23,6 +23,8 @@
 
 from typing import Any
 
+from footfall.core.json_object import JsonObject
+
 
 class FootFallError(Exception):
     """Base of all errors. ``details`` carries the offending data, ready for JSON.
@@ -41,7 +43,7 @@ class FootFallError(Exception):
         return _rebuild, (type(self), self.message, self.details)
 
 
-def _rebuild(cls: type[FootFallError], message: str, details: dict[str, Any]) -> FootFallError:
+def _rebuild(cls: type[FootFallError], message: str, details: JsonObject) -> FootFallError:
     return cls(message, **details)
 
 

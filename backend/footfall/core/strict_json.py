@@ -5,6 +5,7 @@ import re
 from collections.abc import Callable, Sequence
 from typing import Any
 
+from footfall.core.json_object import JsonObject
 from footfall.core.surrogates import has_lone_surrogate, spelled_out
 
 MOST_DEEP = 64
@@ -51,7 +52,7 @@ def _parts(text: str) -> int:
     return text.count(",") + text.count("[") + text.count("{")
 
 
-def _members(pairs: Sequence[tuple[str, Any]]) -> dict[str, Any]:
+def _members(pairs: Sequence[tuple[str, Any]]) -> JsonObject:
     found = dict(pairs)
     if len(found) != len(pairs):
         raise NotStrict(f"the member {spelled_out(_twice(pairs)[:60])!r} is given twice")

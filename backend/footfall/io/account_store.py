@@ -17,7 +17,7 @@ from pathlib import Path
 from typing import Any
 
 from footfall.core.errors import Conflict, InvalidBundle
-from footfall.io.event_log import START, make_record
+from footfall.io.event_log import START, Record, make_record
 
 FILE = "accounts.sqlite"
 VERSION = 1
@@ -277,7 +277,7 @@ def _name(account: Account) -> str:
     return account.name
 
 
-def _record(seq: int, time: float, who: str, act: str, what: str, client: str, previous: str) -> dict[str, Any]:
+def _record(seq: int, time: float, who: str, act: str, what: str, client: str, previous: str) -> Record:
     return make_record(seq, time, act, {"who": who, "what": what, "client": client}, previous)
 
 

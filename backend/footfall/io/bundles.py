@@ -18,6 +18,7 @@ from pathlib import Path, PurePosixPath
 from typing import Any
 
 from footfall.core.errors import InvalidBundle
+from footfall.core.json_object import JsonObject
 from footfall.core.misread import place_of
 from footfall.io.event_log import Record, line, read_lines, rechain
 
@@ -37,7 +38,7 @@ SESSION, EVENTS, ARTIFACTS = "session.json", "events.jsonl", "artifacts"
 _ARTIFACT = re.compile(r"[0-9a-f]{32}\.[a-z0-9][a-z0-9-]{0,19}(\.[a-z0-9]{1,10})?")
 _EPOCH = (1980, 1, 1, 0, 0, 0)
 
-Migration = Callable[[dict[str, Any], list[Record]], tuple[dict[str, Any], list[Record]]]
+Migration = Callable[[JsonObject, list[Record]], tuple[JsonObject, list[Record]]]
 
 MIGRATIONS: dict[int, Migration] = {}
 """version n → function (session, records) → the same as version n + 1 would have written it.
@@ -66,11 +67,11 @@ class Bundle:
 
 
 def migrate(
-    session: dict[str, Any],
+    session: JsonObject,
     records: list[Record],
     migrations: Mapping[int, Migration] = MIGRATIONS,
     version: int = VERSION,
-) -> tuple[dict[str, Any], list[Record]]:
+) -> tuple[JsonObject, list[Record]]:
     """Bring a bundle from its own version to ``version``.
 
     Raises InvalidBundle for a version that is no whole number above 0, is newer, or has no way up.

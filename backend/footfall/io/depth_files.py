@@ -9,7 +9,6 @@ import io
 import math
 import zipfile
 from collections.abc import Mapping
-from typing import Any
 
 import numpy as np
 from PIL import Image
@@ -25,9 +24,9 @@ DEPTH_IMAGES = (".npz", ".png")
 MEMBERS = ("focal_length", "fx", "fy", "cx", "cy", "depth_scale")
 
 
-def read_depth(content: bytes, name: str, calibration: Mapping[str, Any] | None = None) -> Scan:
+def read_depth(content: bytes, name: str, calibration: Mapping[str, object] | None = None) -> Scan:
     """The points of a depth image in the frame of its camera, z forward, x to the right, y down [m]."""
-    members = dict(calibration or {})
+    members: dict[str, object] = dict(calibration or {})
     unknown = sorted(set(members) - set(MEMBERS))
     if unknown:
         raise InvalidTerrain(f"the calibration of {name} may have {', '.join(MEMBERS)}, not {', '.join(unknown)}")
@@ -51,7 +50,7 @@ def read_depth(content: bytes, name: str, calibration: Mapping[str, Any] | None 
     return scan_of(points, name, unit="m", camera=True)
 
 
-def _npz(content: bytes, name: str) -> tuple[Array, dict[str, Any]]:
+def _npz(content: bytes, name: str) -> tuple[Array, dict[str, object]]:
     try:
         with zipfile.ZipFile(io.BytesIO(content)) as packed:
             check_npz_size(packed, name)
@@ -81,7 +80,7 @@ def _png(content: bytes, name: str) -> Array:
         raise InvalidTerrain(f"{name} is damaged, or no PNG") from err
 
 
-def _number(members: Mapping[str, Any], member: str, name: str) -> float:
+def _number(members: Mapping[str, object], member: str, name: str) -> float:
     if member not in members:
         raise InvalidTerrain(
             f"{name} needs a calibration with {member}: JSON with focal_length (or fx and fy), cx, cy [px], and of "

@@ -9,12 +9,12 @@ import hashlib
 import json
 import sys
 from collections.abc import Iterable
-from typing import Any
 
 from footfall.core.errors import InvalidBundle, InvalidInput
+from footfall.core.json_object import JsonObject
 from footfall.core.surrogates import all_spelled_out, lone_surrogate_in
 
-Record = dict[str, Any]
+Record = JsonObject
 START = "0" * 32
 """``previous`` of the first line."""
 
@@ -24,7 +24,7 @@ MAX_LINE = 16 << 20
 _FIELDS = {"seq", "time", "type", "payload", "previous", "hash"}
 
 
-def make_record(seq: int, time: float, type: str, payload: dict[str, Any], previous: str) -> Record:
+def make_record(seq: int, time: float, type: str, payload: JsonObject, previous: str) -> Record:
     """One record with its hash. Raises InvalidInput where the payload is not plain JSON."""
     try:
         payload = as_read(payload)
@@ -34,7 +34,7 @@ def make_record(seq: int, time: float, type: str, payload: dict[str, Any], previ
     return {**body, "hash": _hash(body)}
 
 
-def as_read(payload: dict[str, Any]) -> dict[str, Any]:
+def as_read(payload: JsonObject) -> JsonObject:
     """What a reader will see is what is used from now on: lists for tuples, text keys, text that UTF-8 can hold.
 
     Raises TypeError, ValueError.

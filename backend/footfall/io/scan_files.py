@@ -19,7 +19,7 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from footfall.core.arrays import Array
+from footfall.core.arrays import Array, Bytes
 from footfall.core.errors import InvalidTerrain
 from footfall.terrain.scan import Scan
 
@@ -47,18 +47,25 @@ def read_scan(content: bytes, name: str) -> Scan:
     if not content:
         raise InvalidTerrain(f"{name} is empty")
     try:
-        points, declared = _READERS[ending](content, name)
+        return _READERS[ending](content, name)
     except (InvalidTerrain, MemoryError):
         raise
     except Exception as err:  # the parsers raise whatever they trip over
         raise InvalidTerrain(
             f"{name} can't be read as a {ending[1:].upper()} file of points: it is damaged or cut"
         ) from err
-    return scan_of(points, name, **declared)
 
 
-def scan_of(points: Any, name: str, **declared: Any) -> Scan:
-    """A scan of points (n, 3), those that are not finite left out."""
+def scan_of(
+    points: Any,
+    name: str,
+    *,
+    unit: str | None = None,
+    up: str | None = None,
+    classes: Bytes | None = None,
+    camera: bool = False,
+) -> Scan:
+    """A scan of points (n, 3), those that are not finite left out; the rest as :class:`Scan` has it."""
     points = np.ascontiguousarray(points, np.float64)
     if points.ndim != 2 or points.shape[1] != 3 or not len(points):
         raise InvalidTerrain(f"{name} has no points")
@@ -69,11 +76,10 @@ def scan_of(points: Any, name: str, **declared: Any) -> Scan:
     dropped = int((~finite).sum())
     if dropped:
         points = points[finite]
-        if declared.get("classes") is not None:
-            declared["classes"] = declared["classes"][finite]
+        classes = None if classes is None else classes[finite]
     if np.abs(points).max() > MAX_COORDINATE:
         raise InvalidTerrain(f"{name} has coordinates beyond {MAX_COORDINATE:g}")
-    return Scan(points, name, dropped=dropped, **declared)
+    return Scan(points, name, unit, up, classes, dropped, camera)
 
 
 def _require_few(count: int, name: str) -> None:
@@ -88,7 +94,7 @@ def ply_has_faces(content: bytes) -> bool:
     return stated is not None and int(stated[1]) > 0
 
 
-def _ply(content: bytes, name: str) -> tuple[Any, dict[str, Any]]:
+def _ply(content: bytes, name: str) -> Scan:
     import trimesh
 
     if ply_has_faces(content):
@@ -100,10 +106,10 @@ def _ply(content: bytes, name: str) -> tuple[Any, dict[str, Any]]:
     points = np.asarray(loaded.vertices)
     if stated is None or len(points) < int(stated[1]):
         raise InvalidTerrain(f"{name} is cut: it states more points than it holds")
-    return points, {}
+    return scan_of(points, name)
 
 
-def _pcd(content: bytes, name: str) -> tuple[Any, dict[str, Any]]:
+def _pcd(content: bytes, name: str) -> Scan:
     from pypcd4.pypcd4 import PointCloud
 
     stated = re.search(rb"^POINTS\s+(\d+)", content[:65536], re.MULTILINE)
@@ -115,10 +121,10 @@ def _pcd(content: bytes, name: str) -> tuple[Any, dict[str, Any]]:
     points = np.column_stack([np.asarray(cloud.pc_data[axis], np.float64).ravel() for axis in "xyz"])
     if len(points) < cloud.points:
         raise InvalidTerrain(f"{name} is cut: it states {cloud.points} points and holds {len(points)}")
-    return points, {}
+    return scan_of(points, name)
 
 
-def _las(content: bytes, name: str) -> tuple[Any, dict[str, Any]]:
+def _las(content: bytes, name: str) -> Scan:
     import laspy
 
     with laspy.open(io.BytesIO(content)) as opened:
@@ -132,7 +138,6 @@ def _las(content: bytes, name: str) -> tuple[Any, dict[str, Any]]:
             points[these][np.asarray(part.withheld, bool)] = np.nan  # deleted, as the format has it
     if held < count:
         raise InvalidTerrain(f"{name} is cut: it states {count} points and holds {held}")
-    declared: dict[str, Any] = {"up": "z", "classes": classes}
     # feet, degrees and what is not true to scale are refused, as in other formats
     projection = _coordinate_system(header, name)
     if projection is not None:
@@ -140,8 +145,7 @@ def _las(content: bytes, name: str) -> tuple[Any, dict[str, Any]]:
 
         low, high = header.mins, header.maxs
         check_true_to_scale(projection, (low[0], low[1], high[0], high[1]), name)
-        declared["unit"] = "m"
-    return points, declared
+    return scan_of(points, name, unit=None if projection is None else "m", up="z", classes=classes)
 
 
 def projection_in(content: bytes, name: str) -> "CRS | None":
@@ -197,7 +201,7 @@ def _of_epsg(code: int, name: str) -> "CRS":
         raise InvalidTerrain(f"{name} states EPSG:{code}, which is no coordinate system that we know") from err
 
 
-def _text(content: bytes, name: str) -> tuple[Any, dict[str, Any]]:
+def _text(content: bytes, name: str) -> Scan:
     lines = content[:65536].decode("utf-8", "replace").lstrip("\ufeff").splitlines()
     if not lines:
         raise InvalidTerrain(f"{name} is empty")
@@ -220,7 +224,7 @@ def _text(content: bytes, name: str) -> tuple[Any, dict[str, Any]]:
     elif len(words) < 3:
         raise InvalidTerrain(f"{name} needs three numbers in each row, there are {len(words)}")
     table = _numbers(content, separator, skip, columns, name)
-    return table, {}
+    return scan_of(table, name)
 
 
 def _columns(words: list[str], name: str) -> tuple[int, int, int]:
@@ -259,11 +263,11 @@ def _is_number(word: str) -> bool:
 _SURFACES = ("triangle", "quad", "polygon")
 
 
-def _vtk(content: bytes, name: str) -> tuple[Any, dict[str, Any]]:
+def _vtk(content: bytes, name: str) -> Scan:
     import meshio
 
     if re.match(rb"[^\n]*\n[^\n]*\n\s*(?:ASCII|BINARY)\s+DATASET\s+POLYDATA", content):
-        return _vtk_polydata(content, name), {}
+        return scan_of(_vtk_polydata(content, name), name)
     # meshio reads legacy VTK by path only, and no POLYDATA
     with tempfile.TemporaryDirectory(prefix="footfall-") as folder:
         path = Path(folder) / "scan.vtk"
@@ -273,7 +277,7 @@ def _vtk(content: bytes, name: str) -> tuple[Any, dict[str, Any]]:
     if held:
         raise InvalidTerrain(f"{name} holds a surface ({', '.join(held)}), no scan: write it as PLY, OBJ or STL")
     points = np.asarray(read.points, np.float64)
-    return points, {}
+    return scan_of(points, name)
 
 
 _VTK_NUMBERS = {b"float": ">f4", b"double": ">f8", b"int": ">i4", b"long": ">i8", b"short": ">i2"}
@@ -299,7 +303,7 @@ def _vtk_polydata(content: bytes, name: str) -> Array:
     return points.reshape(-1, 3)
 
 
-_READERS: dict[str, Callable[[bytes, str], tuple[Any, dict[str, Any]]]] = {
+_READERS: dict[str, Callable[[bytes, str], Scan]] = {
     ".ply": _ply,
     ".pcd": _pcd,
     ".las": _las,

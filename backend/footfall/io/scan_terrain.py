@@ -3,7 +3,7 @@
 from collections.abc import Mapping, Sequence
 from dataclasses import replace
 from pathlib import Path
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING
 
 import numpy as np
 from numpy.typing import NDArray
@@ -35,7 +35,7 @@ def read_scan_terrain(
     unit: str | None = None,
     up: str | None = None,
     pose: Sequence[float] | None = None,
-    calibration: Mapping[str, Any] | None = None,
+    calibration: Mapping[str, object] | None = None,
 ) -> Dem:
     """:func:`terrain_from_scan` of a file, heeding the coordinates that a ``.prj`` beside it says."""
     require_read(path)
@@ -59,7 +59,7 @@ def terrain_from_scan(
     unit: str | None = None,
     up: str | None = None,
     pose: Sequence[float] | None = None,
-    calibration: Mapping[str, Any] | None = None,
+    calibration: Mapping[str, object] | None = None,
     projection: "CRS | None" = None,
 ) -> Dem:
     """The ground of a scan, or of a depth image with its calibration.

@@ -8,7 +8,6 @@ import warnings
 import zipfile
 import zlib
 from dataclasses import replace
-from typing import Any
 
 import numpy as np
 from PIL import Image
@@ -118,7 +117,7 @@ def read_npz(content: bytes, name: str) -> Dem:
             heights = arrays["heights"]
             resolution, x0, y0 = (float(arrays[key][()]) for key in ("resolution", "x0", "y0"))
             texture = arrays["texture"] if "texture" in arrays.files else None
-            memory: dict[str, Any] = {}
+            memory: dict[str, np.ndarray | tuple[str, ...]] = {}
             if all(key in arrays.files for key in (*_MEMORY, "sources")):
                 memory = {key: arrays[key] for key in _MEMORY}
                 memory["sources"] = _sources(arrays["sources"])

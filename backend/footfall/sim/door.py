@@ -3,13 +3,21 @@
 import os
 import ssl
 from pathlib import Path
-from typing import Any
+from ssl import SSLContext
+from typing import TypedDict
 
 from footfall.core.errors import InvalidInput
 from footfall.telemetry.link import TOKEN_VARIABLE
 
 
-def door_options(url: str, certificate: Path | None = None) -> dict[str, Any]:
+class DoorOptions(TypedDict, total=False):
+    """Options of ``websockets.connect``: the token, where there is one, and which certificates are believed."""
+
+    additional_headers: dict[str, str]
+    ssl: SSLContext
+
+
+def door_options(url: str, certificate: Path | None = None) -> DoorOptions:
     """Options of ``websockets`` for the rover link at ``url``.
 
     The token is taken from the environment (FOOTFALL_ROVER_TOKEN): arguments of a process can be read by all.
@@ -17,7 +25,7 @@ def door_options(url: str, certificate: Path | None = None) -> dict[str, Any]:
     None: those that this computer trusts. Raises InvalidInput where it can't be read.
     """
     token = os.environ.get(TOKEN_VARIABLE)
-    options: dict[str, Any] = {"additional_headers": {"Authorization": f"Bearer {token}"}} if token else {}
+    options: DoorOptions = {"additional_headers": {"Authorization": f"Bearer {token}"}} if token else {}
     if certificate is None or not url.startswith("wss:"):
         return options
     try:

@@ -12,11 +12,9 @@ import secrets
 import signal
 import time
 from collections import deque
-from collections.abc import Mapping
 from dataclasses import dataclass, replace
 from pathlib import Path
-from types import MappingProxyType
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING
 
 import numpy as np
 from websockets.asyncio.client import ClientConnection, connect
@@ -28,7 +26,7 @@ from footfall.io.terrain_files import read_terrain
 from footfall.planning.body.stand import stand
 from footfall.robot.legged.legged_robot import LeggedRobot
 from footfall.robot.model import Robot
-from footfall.sim.door import door_options
+from footfall.sim.door import DoorOptions, door_options
 from footfall.sim.imager import Imager
 from footfall.sim.physics.physics_settings import PhysicsSettings
 from footfall.sim.physics.rover import PhysicalRover
@@ -180,10 +178,10 @@ class RoverClient:
         url: str,
         rover: "AnyRover",
         imager: Imager | None,
-        door: Mapping[str, Any] = MappingProxyType({}),
+        door: DoorOptions | None = None,
     ) -> None:
         self._url = url
-        self._door = door
+        self._door: DoorOptions = door or {}
         self._rover = rover
         self._imager = imager
         self._unsent: deque[str | bytes] = deque()

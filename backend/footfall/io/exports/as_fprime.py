@@ -5,9 +5,9 @@ The compiler reads comments too (a line break would end one), so names from file
 """
 
 import json
-from typing import Any
 
 from footfall.core.errors import InvalidSequence
+from footfall.core.json_object import JsonObject
 from footfall.core.value import SOFTWARE_VERSION
 from footfall.io.exports.as_json import described
 from footfall.sequence.commands import LEG_JOINTS, Command, Sequence
@@ -82,11 +82,11 @@ def _line(row: int, command: Command) -> str:
     return f"R00:00:00 {COMPONENT}.{command.name} {', '.join(arguments)} ; {comment}"
 
 
-def _named(qualified: str) -> dict[str, Any]:
+def _named(qualified: str) -> dict[str, str]:
     return {"name": qualified, "kind": "qualifiedIdentifier"}
 
 
-def _array(qualified: str, size: int) -> dict[str, Any]:
+def _array(qualified: str, size: int) -> JsonObject:
     return {
         "kind": "array",
         "qualifiedName": qualified,
@@ -101,7 +101,7 @@ _TYPES = {LEG: _U8, LEG_ANGLES: _named(_LEG_JOINTS), ALL_ANGLES: _named(_POSTURE
 """Types of arguments that are no F64."""
 
 
-def _param(argument: Argument, order: str) -> dict[str, Any]:
+def _param(argument: Argument, order: str) -> JsonObject:
     """order: of the joints of a leg, where all legs call them alike."""
     return {
         "name": argument.name,
@@ -111,7 +111,7 @@ def _param(argument: Argument, order: str) -> dict[str, Any]:
     }
 
 
-def _command(kind: CommandKind, order: str) -> dict[str, Any]:
+def _command(kind: CommandKind, order: str) -> JsonObject:
     return {
         "name": f"{COMPONENT}.{kind.name}",
         "commandKind": "async",

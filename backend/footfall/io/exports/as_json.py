@@ -2,8 +2,8 @@
 
 import json
 import math
-from typing import Any
 
+from footfall.core.json_object import JsonObject
 from footfall.sequence.commands import Command, RuleResult, Sequence
 
 VERSION = 1
@@ -34,7 +34,7 @@ def encode(sequence: Sequence, first_row: int = 1) -> bytes:
     return json.dumps(document, indent=1, allow_nan=False, ensure_ascii=False).encode() + b"\n"
 
 
-def described(sequence: Sequence) -> dict[str, Any]:
+def described(sequence: Sequence) -> JsonObject:
     """Legs and joints by name, where the robot is one that others described: ``sliding`` ones go by metres."""
     layout = sequence.described
     if layout is None:
@@ -43,7 +43,7 @@ def described(sequence: Sequence) -> dict[str, Any]:
     return {"layout": {"legs": legs, "sliding": list(layout.sliding)}}
 
 
-def command_object(row: int, command: Command) -> dict[str, Any]:
+def command_object(row: int, command: Command) -> JsonObject:
     """One command, JSON-ready; ``force`` [N] only where it has one."""
     told = {
         "row": row,
@@ -56,7 +56,7 @@ def command_object(row: int, command: Command) -> dict[str, Any]:
     return told if command.force is None else told | {"force": command.force}
 
 
-def _predicted(sequence: Sequence, row: int) -> dict[str, Any]:
+def _predicted(sequence: Sequence, row: int) -> JsonObject:
     """What a command leads to; where the chassis is then only in a sequence that moves it."""
     told = {"predicted": sequence.predicted[row].tolist()}
     if sequence.Ts_site_base is None:
@@ -64,7 +64,7 @@ def _predicted(sequence: Sequence, row: int) -> dict[str, Any]:
     return told | {"predicted_T_site_base": sequence.Ts_site_base[row].tolist()}
 
 
-def _rule(rule: RuleResult, first_row: int) -> dict[str, Any]:
+def _rule(rule: RuleResult, first_row: int) -> JsonObject:
     return {
         "rule": rule.rule,
         "row": rule.row if rule.row < 0 else first_row + rule.row,

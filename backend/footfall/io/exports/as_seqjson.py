@@ -5,8 +5,8 @@ is done. A tagged time would have to round the durations, which travel as argume
 """
 
 import json
-from typing import Any
 
+from footfall.core.json_object import JsonObject
 from footfall.io.exports.as_json import described
 from footfall.sequence.commands import LEG_JOINTS, Command, Sequence
 from footfall.telemetry.command_kinds import ALL_ANGLES, LEG_ANGLES, CommandKind
@@ -46,7 +46,7 @@ def _newtons(sequence: Sequence) -> dict[str, str]:
     return {"force": "N"} if any(command.force is not None for command in sequence.commands) else {}
 
 
-def _final_pose(sequence: Sequence) -> dict[str, Any]:
+def _final_pose(sequence: Sequence) -> dict[str, list[list[float]]]:
     if sequence.Ts_site_base is None:
         return {}
     return {"final_T_site_base": sequence.Ts_site_base[-1].tolist()}
@@ -70,7 +70,7 @@ def names(kind: CommandKind, leg: int | None, layout: JointLayout | None, leg_co
     return found
 
 
-def _step(row: int, command: Command, sequence: Sequence) -> dict[str, Any]:
+def _step(row: int, command: Command, sequence: Sequence) -> JsonObject:
     numbers: list[float] = []
     for _, given in command.arguments:
         numbers += given if isinstance(given, list) else [given]

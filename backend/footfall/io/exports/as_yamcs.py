@@ -14,8 +14,8 @@ Numbers are JSON doubles. Yamcs shows texts and comments as Markdown, so what co
 """
 
 import json
-from typing import Any
 
+from footfall.core.json_object import JsonObject
 from footfall.sequence.commands import Command, Sequence
 
 SPACE_SYSTEM = "/FootFall"
@@ -26,13 +26,13 @@ STABLE = "STABLE"
 TIMEOUT_MS = 10_000
 UNITS = "Angles in rad, durations in s, forces in N."
 
-CHECK: dict[str, Any] = {"type": "check", "parameters": [{"parameter": STABILITY}]}
-GATE: dict[str, Any] = {
+CHECK = {"type": "check", "parameters": [{"parameter": STABILITY}]}
+GATE = {
     "type": "verify",
     "condition": [{"parameter": STABILITY, "operator": "eq", "value": STABLE}],
     "timeout": TIMEOUT_MS,
 }
-ADVANCEMENT: dict[str, Any] = {"acknowledgment": "CommandComplete", "wait": 0}
+ADVANCEMENT = {"acknowledgment": "CommandComplete", "wait": 0}
 """The next step comes as soon as the command before is complete."""
 
 
@@ -42,7 +42,7 @@ def encode(sequence: Sequence, first_row: int = 1) -> bytes:
         f"FootFall sequence {sequence.digest} for {_literal(sequence.robot)}: "
         f"{len(sequence.commands)} commands, {sequence.duration:z.1f} s. {UNITS}"
     )
-    steps: list[dict[str, Any]] = [
+    steps: list[JsonObject] = [
         {"type": "text", "text": text},
         CHECK,
     ]
@@ -58,7 +58,7 @@ def encode(sequence: Sequence, first_row: int = 1) -> bytes:
     return json.dumps(document, indent=1, allow_nan=False).encode() + b"\n"
 
 
-def _command(row: int, command: Command) -> dict[str, Any]:
+def _command(row: int, command: Command) -> JsonObject:
     return {
         "type": "command",
         "name": f"{SPACE_SYSTEM}/{command.name}",

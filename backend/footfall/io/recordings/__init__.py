@@ -24,8 +24,8 @@ opens no file of several encodings; recordings of version 0.1.0 have their JSON 
 """
 
 import json
-from typing import Any
 
+from footfall.core.json_object import JsonObject
 from footfall.io.cdr import CdrReader
 from footfall.io.ros2_messages import DEFINITIONS
 
@@ -49,7 +49,7 @@ UNFINISHED = ".mcap.part"
 """How the name of a recording ends that is being written, or was cut short."""
 
 
-def object_of(encoding: str, data: bytes) -> dict[str, Any]:
+def object_of(encoding: str, data: bytes) -> JsonObject:
     """The JSON object of a message in an encoding of MCAP."""
     return json.loads(data if encoding == "json" else CdrReader(data).string())
 

@@ -6,7 +6,7 @@ from collections.abc import Iterator, Mapping
 from dataclasses import dataclass
 from io import BytesIO
 from pathlib import Path
-from typing import IO, Any
+from typing import IO
 
 import numpy as np
 from mcap.exceptions import McapError
@@ -15,6 +15,7 @@ from mcap.records import Message
 from mcap.summary import Summary
 
 from footfall.core.errors import FootFallError, InvalidInput
+from footfall.core.json_object import JsonObject
 from footfall.io.cdr import CdrReader
 from footfall.io.recordings import (
     CAMERA_INFO,
@@ -47,7 +48,7 @@ class Said:
 
     at: int
     topic: str
-    content: TelemetryFrame | bytes | dict[str, Any]
+    content: TelemetryFrame | bytes | JsonObject
 
 
 class Recording:
@@ -159,7 +160,7 @@ class Recording:
         self.start, self.end, self.messages = min(times, default=0), max(times, default=0), len(times)
         self.counts = counted.as_dict()
 
-    def _images(self, encoding: str, told: bytes, gathered: list[tuple[str, Message]]) -> bytes | dict[str, Any]:
+    def _images(self, encoding: str, told: bytes, gathered: list[tuple[str, Message]]) -> bytes | JsonObject:
         header = told if encoding == "json" else CdrReader(told).string().encode()
         files: list[bytes] = []
         for topic, part in gathered:

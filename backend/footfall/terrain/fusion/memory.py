@@ -8,10 +8,10 @@ mobile robots with uncertain localization", RA-L 2018.
 """
 
 from dataclasses import replace
-from typing import Any
 
 import numpy as np
 
+from footfall.core.arrays import AnyArray, Bytes, Mask
 from footfall.core.errors import InvalidTerrain
 from footfall.core.grid import GridGeometry
 from footfall.core.value import Provenance
@@ -75,19 +75,13 @@ def merge(map: Dem, new: Dem, settings: TerrainSettings | None = None, views: tu
         "time": np.where(forgotten, np.nan, np.where(newest, fresh["time"], old["time"])),
         "source": np.where(forgotten, 0, np.where(newest, fresh["source"], old["source"])).astype(np.uint8),
     }
-    texture = None
-    if old["texture"] is not None or fresh["texture"] is not None:
-        empty = np.zeros(grid.shape, np.uint8)
-        before = empty if old["texture"] is None else old["texture"]
-        after = empty if fresh["texture"] is None else fresh["texture"]
-        texture = np.where(forgotten, 0, np.where(newest & (after > 0), after, before)).astype(np.uint8)
     if not np.isfinite(layers["heights"]).any():
         raise InvalidTerrain("nothing of the map is left: every height of it is gone and no new one lies on it")
     return Dem(
         geometry=grid,
         name=new.name,
         provenance=Provenance({"map": map.digest, "new": new.digest}, settings),
-        texture=texture,
+        texture=_texture(grid, map, new, newest, forgotten),
         sources=sources,
         viewpoint=new.viewpoint or map.viewpoint,
         correction=map.correction if new.correction is None else new.correction,
@@ -122,13 +116,21 @@ def _reach(map: Dem, new: Dem, settings: TerrainSettings) -> GridGeometry:
     return lattice.window(whole, x, y, min(wide, 1000 * whole.resolution))
 
 
-def _on(grid: GridGeometry, dem: Dem, sources: tuple[str, ...]) -> dict[str, Any]:
-    """All layers of a terrain on the cells of ``grid``, its sources numbered as in ``sources``."""
-    empty = {"heights": np.nan, "variance": np.nan, "count": 0, "time": np.nan, "source": 0, "texture": 0}
-    layers = {
-        name: None if getattr(dem, name) is None else lattice.laid_onto(grid, getattr(dem, name), dem.geometry, none)
-        for name, none in empty.items()
-    }
+def _on(grid: GridGeometry, dem: Dem, sources: tuple[str, ...]) -> dict[str, AnyArray]:
+    """The remembered layers of a terrain on the cells of ``grid``, its sources numbered as in ``sources``."""
+    empty = {"heights": np.nan, "variance": np.nan, "count": 0, "time": np.nan, "source": 0}
+    layers = {name: lattice.laid_onto(grid, getattr(dem, name), dem.geometry, none) for name, none in empty.items()}
     number = np.array([0, *(1 + sources.index(name) for name in dem.sources)], np.uint8)
     layers["source"] = number[layers["source"]]
     return layers
+
+
+def _texture(grid: GridGeometry, map: Dem, new: Dem, newest: Mask, forgotten: Mask) -> Bytes | None:
+    """What ``new`` shows of the cells that are newest in it, else ``map``; None where neither has a texture."""
+    if map.texture is None and new.texture is None:
+        return None
+    before, after = (
+        np.zeros(grid.shape, np.uint8) if dem.texture is None else lattice.laid_onto(grid, dem.texture, dem.geometry, 0)
+        for dem in (map, new)
+    )
+    return np.where(forgotten, 0, np.where(newest & (after > 0), after, before)).astype(np.uint8)

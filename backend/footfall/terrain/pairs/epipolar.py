@@ -20,7 +20,7 @@ Solved over matches (:mod:`footfall.terrain.pairs.point_matches`) by random samp
 1981), then Gauss–Newton with Tukey's weights (Huber, *Robust Statistics*, 1981).
 """
 
-from typing import Any, NamedTuple
+from typing import NamedTuple
 
 import cv2
 import numpy as np
@@ -134,7 +134,7 @@ def align_pair(pair: ImagePair) -> tuple[ImagePair, PairAlignment]:
     if not found.checked:
         return pair, found
     turned = np.abs(found.rotation)
-    details: dict[str, Any] = {"pair": pair.name, "rows_before": found.rows_before, "rows_after": found.rows_after}
+    details = {"pair": pair.name, "rows_before": found.rows_before, "rows_after": found.rows_after}
     if turned.max() >= LARGEST_CORRECTION:
         axis = ("pitch", "yaw", "roll")[int(np.argmax(turned))]
         center = {"pitch": "cy", "yaw": "cx"}.get(axis)
