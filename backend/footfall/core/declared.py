@@ -23,7 +23,7 @@ def misfit(item: Value) -> str | None:
 
 
 @lru_cache(maxsize=256)
-def _declared(kind: type[Value]) -> dict[str, Any]:
+def _declared(kind: type[Value]) -> dict[str, object]:
     hints = get_type_hints(kind)
     return {field.name: hints[field.name] for field in fields(kind)}  # type: ignore[arg-type]
 
@@ -35,15 +35,7 @@ def _misfit(item: Any, declared: Any, where: str) -> str | None:
         # of several ways in which it does not fit, the one that leads farthest says most
         return None if None in found else max((one for one in found if one is not None), key=len)
     if origin is tuple:
-        if not isinstance(item, tuple):
-            return where
-        several = len(among) == 2 and among[1] is ...
-        if not several and len(item) != len(among):
-            return where
-        kinds = among[:1] * len(item) if several else among
-        return _first(
-            _misfit(one, kind, f"{where}[{i}]") for i, (one, kind) in enumerate(zip(item, kinds, strict=True))
-        )
+        return _misfit_of_tuple(item, among, where)
     if origin is Mapping:
         if not isinstance(item, Mapping):
             return where
@@ -57,6 +49,17 @@ def _misfit(item: Any, declared: Any, where: str) -> str | None:
     if isinstance(item, Value) and (inside := misfit(item)) is not None:
         return f"{where}.{inside}"
     return None
+
+
+def _misfit_of_tuple(item: Any, among: tuple[Any, ...], where: str) -> str | None:
+    """among: what each element is declared as, or one kind and ``...`` where there are any number of it."""
+    if not isinstance(item, tuple):
+        return where
+    several = len(among) == 2 and among[1] is ...
+    if not several and len(item) != len(among):
+        return where
+    kinds = among[:1] * len(item) if several else among
+    return _first(_misfit(one, kind, f"{where}[{i}]") for i, (one, kind) in enumerate(zip(item, kinds, strict=True)))
 
 
 def _first(found: Any) -> str | None:

@@ -72,16 +72,7 @@ def decode_images(
     unpacks: told how many pixels there are before any is unpacked; what it raises is raised.
     Raises InvalidTelemetry where the frame can't be read, InvalidImages, with each reason, where no pair is left.
     """
-    if len(frame) > MAX_BINARY_FRAME:
-        raise InvalidTelemetry(
-            f"a binary frame has at most {MAX_BINARY_FRAME} bytes", bytes=len(frame), fault="too-large"
-        )
-    if len(frame) < _LENGTH.size:
-        raise InvalidTelemetry("a binary frame begins with the length of its header in 4 bytes", bytes=len(frame))
-    (length,) = _LENGTH.unpack_from(frame)
-    if length > min(MAX_HEADER, len(frame) - _LENGTH.size):
-        raise InvalidTelemetry("the header is longer than its frame, or than 1 MiB", header=length, bytes=len(frame))
-    start = _LENGTH.size + length
+    start = _end_of_header(frame)
     fields = Fields(parse_object(frame[_LENGTH.size : start], finite=False), "images")
     fields.choice("type", ("images",))
     request_id = fields.identifier()
@@ -102,6 +93,32 @@ def decode_images(
             limit=MAX_FRAME_PIXELS,
         )
     unpacks(pixels)
+    pairs, left_out = _usable(bodies, packed)
+    if start != len(frame):
+        raise InvalidTelemetry(f"{len(frame) - start} bytes follow the last image of the frame")
+    if left_out and not pairs:
+        raise InvalidImages("no image pair can be used: " + "; ".join(left_out.values()), pairs=left_out)
+    return request_id, Snapshot(state, tuple(pairs), left_out)
+
+
+def _end_of_header(frame: bytes) -> int:
+    """Where the first image begins. Raises InvalidTelemetry for a frame that can't have its header."""
+    if len(frame) > MAX_BINARY_FRAME:
+        raise InvalidTelemetry(
+            f"a binary frame has at most {MAX_BINARY_FRAME} bytes", bytes=len(frame), fault="too-large"
+        )
+    if len(frame) < _LENGTH.size:
+        raise InvalidTelemetry("a binary frame begins with the length of its header in 4 bytes", bytes=len(frame))
+    (length,) = _LENGTH.unpack_from(frame)
+    if length > min(MAX_HEADER, len(frame) - _LENGTH.size):
+        raise InvalidTelemetry("the header is longer than its frame, or than 1 MiB", header=length, bytes=len(frame))
+    return _LENGTH.size + length
+
+
+def _usable(
+    bodies: list[dict[str, object]], packed: list[tuple[str, bytes, bytes]]
+) -> tuple[list[ImagePair], dict[str, str]]:
+    """The pairs that can be used, and why not the others, by name. packed: name, left and right PNG of each."""
     pairs: list[ImagePair] = []
     left_out: dict[str, str] = {}
     for number, (body, (name, left, right)) in enumerate(zip(bodies, packed, strict=True)):
@@ -112,11 +129,7 @@ def decode_images(
             pairs.append(_pair(body, left, right))
         except InvalidInput as err:
             left_out[name] = f"pair {name}: {err.message.removeprefix(f'pair {name}: ')}"
-    if start != len(frame):
-        raise InvalidTelemetry(f"{len(frame) - start} bytes follow the last image of the frame")
-    if left_out and not pairs:
-        raise InvalidImages("no image pair can be used: " + "; ".join(left_out.values()), pairs=left_out)
-    return request_id, Snapshot(state, tuple(pairs), left_out)
+    return pairs, left_out
 
 
 def _files(body: dict[str, object], frame: bytes, start: int, name: str) -> tuple[bytes, bytes, int]:

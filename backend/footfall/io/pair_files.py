@@ -5,6 +5,7 @@ from pathlib import Path
 from typing import Any
 
 from footfall.core.errors import InvalidImages
+from footfall.core.json_object import JsonObject
 from footfall.core.misread import place_of
 from footfall.core.strict_json import read_json
 from footfall.io.calibration_files import require_plausible_baseline
@@ -22,6 +23,12 @@ def read_calibrated_pair(left: str | Path, right: str | Path, calibration: str |
     Raises InvalidImages naming the file and the member.
     """
     path = Path(calibration)
+    members = _read_object(path)
+    _require_calibration(members, path.name)
+    return read_pair(left, right, **members)
+
+
+def _read_object(path: Path) -> JsonObject:
     if not path.is_file():
         raise InvalidImages(f"there is no calibration file {path}")
     content = path.read_bytes()
@@ -33,25 +40,28 @@ def read_calibrated_pair(left: str | Path, right: str | Path, calibration: str |
         raise InvalidImages(f"{path.name} is no JSON{place_of(err)}") from err
     if not isinstance(members, dict):
         raise InvalidImages(f"{path.name} needs an object with {', '.join(NEEDED)}")
-    missing = [name for name in NEEDED if name not in members]
+    return members
+
+
+def _require_calibration(members: JsonObject, name: str) -> None:
+    missing = [member for member in NEEDED if member not in members]
     unknown = sorted(set(members) - {*NEEDED, *OPTIONAL})
     if missing or unknown:
         raise InvalidImages(
-            f"{path.name} needs {', '.join(NEEDED)} and may have {', '.join(OPTIONAL)}; "
+            f"{name} needs {', '.join(NEEDED)} and may have {', '.join(OPTIONAL)}; "
             f"missing: {', '.join(missing) or 'nothing'}, not known: {', '.join(unknown) or 'nothing'}",
             missing=missing,
             unknown=unknown,
         )
-    for name in (*NEEDED, "doffs", "time"):
-        if name in members and not _is_number(members[name]):
-            raise InvalidImages(f"{path.name}: {name} needs to be a finite number", member=name)
-    for name in ("T_base_camera", "T_site_base"):
-        if name in members and not _is_matrix(members[name]):
-            raise InvalidImages(f"{path.name}: {name} needs four rows of four finite numbers", member=name)
-    require_plausible_baseline(members["baseline"], f"{path.name}: baseline")
+    for member in (*NEEDED, "doffs", "time"):
+        if member in members and not _is_number(members[member]):
+            raise InvalidImages(f"{name}: {member} needs to be a finite number", member=member)
+    for member in ("T_base_camera", "T_site_base"):
+        if member in members and not _is_matrix(members[member]):
+            raise InvalidImages(f"{name}: {member} needs four rows of four finite numbers", member=member)
+    require_plausible_baseline(members["baseline"], f"{name}: baseline")
     if not isinstance(members.get("name", ""), str):
-        raise InvalidImages(f"{path.name}: name needs to be text", member="name")
-    return read_pair(left, right, **members)
+        raise InvalidImages(f"{name}: name needs to be text", member="name")
 
 
 def _is_number(item: Any) -> bool:

@@ -153,12 +153,7 @@ def decode_terrain(
     """
     ending = Path(name).suffix.lower()
     _check_ending(ending, name, READABLE)
-    if not (np.isfinite(scale) and scale > 0):
-        raise InvalidTerrain(f"scale must be a positive number, not {scale}")
-    if resolution is not None and not 0 < resolution < np.inf:
-        raise InvalidTerrain(f"resolution must be a positive number of metres, not {resolution}")
-    if most_error is not None and not 0 < most_error < np.inf:
-        raise InvalidTerrain(f"most_error must be a positive number of metres, not {most_error}")
+    _check_options(scale, resolution, most_error)
     if not content:
         raise InvalidTerrain(f"{name} is empty")
     _check_content_matches(content, ending, name)
@@ -172,26 +167,38 @@ def decode_terrain(
     elif is_scan(content, name):
         settings = ScanSettings(resolution=cell)
         dem = terrain_from_scan(content, name, settings, unit=unit, up=up, pose=pose, projection=projection)
-        return _placed(dem, resolution, scale, center)
     elif (unit, up, pose) != (None, None, None):
         raise InvalidTerrain(f"unit, up and pose are for scans; {name} is none: use scale for another unit of length")
     elif size is not None or height_range is not None:
         raise InvalidTerrain(f"size and height_range are for pictures only; {name} has its own coordinates")
     elif ending in _MESHES:
-        dem = terrain_mesh_files.read_mesh(content, name, cell, scale, most_error or MOST_ERROR)
-    elif ending == ".asc" and by_path is None:
-        dem = terrain_grid_files.read_asc(content, name)
-    elif ending == ".npz":
-        dem = terrain_grid_files.read_npz(content, name)
+        mesh = terrain_mesh_files.read_mesh(content, name, cell, scale, most_error or MOST_ERROR)
+        dem = in_projection(mesh, projection, name)
     else:
-        from footfall.io import terrain_geotiff
-
-        return _placed(
-            terrain_geotiff.read_raster(by_path or content, name, cell, projection), resolution, scale, center
-        )
-    if ending != ".png":  # a picture has no coordinates
-        dem = in_projection(dem, projection, name)
+        dem = _decode_grid(content, name, ending, cell, by_path, projection)
     return _placed(dem, resolution, scale, center)
+
+
+def _check_options(scale: float, resolution: float | None, most_error: float | None) -> None:
+    if not (np.isfinite(scale) and scale > 0):
+        raise InvalidTerrain(f"scale must be a positive number, not {scale}")
+    if resolution is not None and not 0 < resolution < np.inf:
+        raise InvalidTerrain(f"resolution must be a positive number of metres, not {resolution}")
+    if most_error is not None and not 0 < most_error < np.inf:
+        raise InvalidTerrain(f"most_error must be a positive number of metres, not {most_error}")
+
+
+def _decode_grid(
+    content: bytes, name: str, ending: str, cell: float | None, by_path: Path | None, projection: "CRS | None"
+) -> Dem:
+    """A grid of heights with its own coordinates."""
+    if ending == ".asc" and by_path is None:
+        return in_projection(terrain_grid_files.read_asc(content, name), projection, name)
+    if ending == ".npz":
+        return in_projection(terrain_grid_files.read_npz(content, name), projection, name)
+    from footfall.io import terrain_geotiff
+
+    return terrain_geotiff.read_raster(by_path or content, name, cell, projection)
 
 
 def encode_terrain(dem: Dem, ending: str) -> bytes:

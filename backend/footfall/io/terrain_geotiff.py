@@ -23,6 +23,7 @@ from rasterio.io import DatasetReader, MemoryFile
 from rasterio.transform import Affine
 from scipy.special import erf
 
+from footfall.core.arrays import Array
 from footfall.core.errors import InvalidTerrain
 from footfall.core.grid import GridGeometry
 from footfall.io.terrain_projection import check_crs, check_height_unit, check_true_to_scale, convergence
@@ -95,14 +96,31 @@ def _check_beside(source: DatasetReader, path: Path) -> None:
 def _read(source: DatasetReader, name: str, resolution: float | None, projection: CRS | None) -> Dem:
     check_cell_count(source.height, source.width)
     check_crs(source.crs, name)
+    _check_placed_by_grid(source, name)
+    _check_holds_heights(source, name)
+    check_height_unit(source.units[0], name)
+    transform = _transform(source, name, resolution)
+    check_true_to_scale(source.crs or projection, source.bounds, name)
+    heights = _heights(source, name)
+    if transform.e < 0:
+        heights = heights[::-1]
+    edge = transform.f + (source.height if transform.e < 0 else 0) * transform.e
+    dem = from_heights(heights, transform.a, transform.c + transform.a / 2, edge + transform.a / 2, name)
+    dem = replace(dem, true_north=convergence(source.crs or projection, source.bounds))
+    return _remembering(dem, source)
+
+
+def _check_placed_by_grid(source: DatasetReader, name: str) -> None:
     points = len(source.gcps[0])
     if points or source.rpcs is not None:
         by = f"{points} control points" if points else "rational polynomials"
         raise InvalidTerrain(f"{name} has its place by {by}, not by a grid; resample it: gdalwarp -tr 0.5 0.5 …")
     if "GEOLOCATION" in source.tag_namespaces():
         raise InvalidTerrain(f"{name} has its place by arrays of positions; resample it: gdalwarp -tr 0.5 0.5 …")
-    _check_holds_heights(source, name)
-    check_height_unit(source.units[0], name)
+
+
+def _transform(source: DatasetReader, name: str, resolution: float | None) -> Affine:
+    """Where columns and rows lie [m]: columns run east, rows north or south, cells are square."""
     transform = source.transform
     if transform.is_identity:
         if resolution is None:
@@ -116,7 +134,11 @@ def _read(source: DatasetReader, name: str, resolution: float | None, projection
         raise InvalidTerrain(
             f"{name} has oblong cells, {transform.a:g} × {abs(transform.e):g} m; resample it to square ones"
         )
-    check_true_to_scale(source.crs or projection, source.bounds, name)
+    return transform
+
+
+def _heights(source: DatasetReader, name: str) -> Array:
+    """Heights [m] in the file's order of rows, NaN where there are none."""
     stored = source.read(1, masked=True).astype(np.float64).filled(np.nan)
     if ColorInterp.alpha in source.colorinterp:  # GDAL heeds it of whole numbers only, gdalwarp writes others too
         stored[source.read(source.colorinterp.index(ColorInterp.alpha) + 1) == 0] = np.nan
@@ -126,12 +148,7 @@ def _read(source: DatasetReader, name: str, resolution: float | None, projection
         check_lone_no_value(stored, name)
     heights = stored * source.scales[0] + source.offsets[0]
     check_no_value_numbers(heights, name)
-    if transform.e < 0:
-        heights = heights[::-1]
-    edge = transform.f + (source.height if transform.e < 0 else 0) * transform.e
-    dem = from_heights(heights, transform.a, transform.c + transform.a / 2, edge + transform.a / 2, name)
-    dem = replace(dem, true_north=convergence(source.crs or projection, source.bounds))
-    return _remembering(dem, source)
+    return heights
 
 
 def _check_holds_heights(source: DatasetReader, name: str) -> None:

@@ -88,6 +88,11 @@ class TerrainSettings(Value):
 
     def check(self) -> None:
         """Raises InvalidInput for an unknown matcher or view, and for sizes, ranges and limits out of range."""
+        self._check_matching()
+        self._check_pixels()
+        self._check_memory()
+
+    def _check_matching(self) -> None:
         if self.matcher not in MATCHERS:
             raise InvalidInput(f"matcher is one of {', '.join(MATCHERS)}, not {self.matcher!r}")
         if self.view not in VIEWS:
@@ -104,6 +109,8 @@ class TerrainSettings(Value):
             raise InvalidInput("max_skew needs a finite number of at least zero [s]", max_skew=self.max_skew)
         if not (self.max_jump > 0 and self.max_edge > 0 and self.gate > 0 and self.despike > 0):
             raise InvalidInput("max_jump, max_edge, gate and despike need numbers above zero")
+
+    def _check_pixels(self) -> None:
         if not (0 <= self.mask_margin <= 1 and 0 <= self.fitted_margin <= 1 and 0 <= self.min_neighbours <= 25):
             raise InvalidInput("needs mask_margin and fitted_margin 0…1 m and min_neighbours 0…25")
         for name in ("max_deviation", "max_deviation_beside"):
@@ -116,6 +123,8 @@ class TerrainSettings(Value):
             )
         if not 0 <= self.least_angle <= 0.5:
             raise InvalidInput("least_angle needs 0 to 0.5 rad (29°)", least_angle=self.least_angle)
+
+    def _check_memory(self) -> None:
         if not 0 < self.memory_half_size <= 1000:
             raise InvalidInput("memory_half_size needs 0 to 1000 m", memory_half_size=self.memory_half_size)
         above_zero = (self.see_through, self.clear_deviation, self.pose_shift, self.pose_turn)

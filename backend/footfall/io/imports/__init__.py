@@ -122,6 +122,23 @@ def _of_json(data: bytes) -> ParsedSequence:
     return from_json.of_document(document)
 
 
+def _robot_of(parsed: ParsedSequence, given: Robot | LeggedRobot | None) -> Robot | LeggedRobot:
+    """The robot that the commands are for: ``given``, or of those that ship with FootFall, the one of that name.
+
+    Raises InvalidSequence where that is another robot, or one with other legs and joints.
+    """
+    if given is None:
+        if parsed.robot not in robot_names():  # a name from a file is never a path
+            raise InvalidSequence(f"it is for {parsed.robot!r}, which doesn't ship with FootFall; give robot=")
+        given = load_robot(parsed.robot)
+    if given.name != parsed.robot:
+        raise InvalidSequence(f"it is for {parsed.robot!r}, not for {given.name}")
+    described = given.layout if isinstance(given, LeggedRobot) else None
+    if digest(parsed.described) != digest(described):
+        raise InvalidSequence(f"its legs and joints are not those of {given.name}")
+    return given
+
+
 def _checked(
     parsed: ParsedSequence,
     file: str,
@@ -130,15 +147,7 @@ def _checked(
     state: RobotState | LeggedState | None,
     settings: SequenceSettings | None,
 ) -> Sequence:
-    if robot is None:
-        if parsed.robot not in robot_names():  # a name from a file is never a path
-            raise InvalidSequence(f"it is for {parsed.robot!r}, which doesn't ship with FootFall; give robot=")
-        robot = load_robot(parsed.robot)
-    if robot.name != parsed.robot:
-        raise InvalidSequence(f"it is for {parsed.robot!r}, not for {robot.name}")
-    described = robot.layout if isinstance(robot, LeggedRobot) else None
-    if digest(parsed.described) != digest(described):
-        raise InvalidSequence(f"its legs and joints are not those of {robot.name}")
+    robot = _robot_of(parsed, robot)
     start, T_site_base = parsed.start, parsed.T_site_base
     if state is not None:
         start = state.q if isinstance(state, LeggedState) else state.posture

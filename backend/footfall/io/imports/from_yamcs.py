@@ -6,6 +6,7 @@ import sys
 from typing import Any
 
 from footfall.core.errors import InvalidSequence
+from footfall.core.json_object import JsonObject
 from footfall.io.exports.as_yamcs import ADVANCEMENT, CHECK, GATE, SPACE_SYSTEM, UNITS
 from footfall.io.imports.parsed import (
     ParsedSequence,
@@ -37,43 +38,65 @@ def decode(data: bytes) -> ParsedSequence:
     steps = items(member(document, "steps", "the file"), "steps")
     only(document, ("$schema", "steps", "advancement"), "the file")
     _require_complete(member(document, "advancement", "the file"), "advancement")
-    robot, commands, rows, gated = None, [], [], None
+    stack = _Stack()
     for position, step in enumerate(steps):
-        where = f"steps[{position}]"
+        stack.take(f"steps[{position}]", step)
+    return stack.sequence()
+
+
+class _Stack:
+    """What the steps of a stack say, taken one by one. gate: where one is that still lacks its command."""
+
+    def __init__(self) -> None:
+        self._robot: str | None = None
+        self._commands: list[Command] = []
+        self._rows: list[tuple[str, int | None]] = []
+        self._gate: str | None = None
+
+    def take(self, where: str, step: Any) -> None:
+        """Raises InvalidSequence where the step is none that FootFall can keep."""
         kind = text(member(step, "type", where), f"{where}, type")
         if kind not in _STEPS:
             raise InvalidSequence(f"{where} is of type {kind!r}; FootFall knows {', '.join(_STEPS)}")
-        if gated is not None and kind != "command":
-            raise InvalidSequence(f"{gated} is a gate, and {where} behind it no command")
+        if self._gate is not None and kind != "command":
+            raise InvalidSequence(f"{self._gate} is a gate, and {where} behind it no command")
         if kind == "command":
-            asked, row = _command(where, step)
-            commands.append(asked)
-            rows.append((where, row))
-            if gated is not None and not commands[-1].kind.moves:
-                raise InvalidSequence(
-                    f"{gated} is a gate before a command that moves nothing, which FootFall can't keep"
-                )
-            gated = None
+            self._take_command(where, step)
         elif kind == "verify":
             if step != GATE:
                 raise InvalidSequence(f"{where} is another gate than FootFall's, which it can't keep: {_short(step)}")
-            gated = where
+            self._gate = where
         elif kind == "check":
-            if step != CHECK or commands:
+            if step != CHECK or self._commands:
                 raise InvalidSequence(
                     f"{where} is another check than FootFall's first, which it can't keep: {_short(step)}"
                 )
         else:
-            robot = _robot(where, step, robot)
-    if gated is not None:
-        raise InvalidSequence(f"{gated} is a gate with no command behind it")
-    if robot is None:
-        raise InvalidSequence("it lacks the text 'FootFall sequence … for <robot>', which says for which robot it is")
-    require_rows(rows)
-    return ParsedSequence(robot, tuple(commands))
+            self._robot = _robot(where, step, self._robot)
+
+    def _take_command(self, where: str, step: Any) -> None:
+        asked, row = _command(where, step)
+        self._commands.append(asked)
+        self._rows.append((where, row))
+        if self._gate is not None and not asked.kind.moves:
+            raise InvalidSequence(
+                f"{self._gate} is a gate before a command that moves nothing, which FootFall can't keep"
+            )
+        self._gate = None
+
+    def sequence(self) -> ParsedSequence:
+        """After the last step. Raises InvalidSequence where something of it is missing."""
+        if self._gate is not None:
+            raise InvalidSequence(f"{self._gate} is a gate with no command behind it")
+        if self._robot is None:
+            raise InvalidSequence(
+                "it lacks the text 'FootFall sequence … for <robot>', which says for which robot it is"
+            )
+        require_rows(self._rows)
+        return ParsedSequence(self._robot, tuple(self._commands))
 
 
-def _robot(where: str, step: dict[str, Any], before: str | None) -> str:
+def _robot(where: str, step: JsonObject, before: str | None) -> str:
     told = text(member(step, "text", where), f"{where}, text")
     only(step, ("type", "text"), where)
     found = _ROBOT.fullmatch(told)
@@ -112,7 +135,7 @@ def _command(where: str, step: Any) -> tuple[Command, int | None]:
     found = _COMMENT.fullmatch(text(step["comment"], f"{where}, comment")) if "comment" in step else None
     if found is None and "comment" in step:
         raise InvalidSequence(f"{where} must have the comment 'row' with its number and its phase")
-    told: dict[str, Any] = {}
+    told: dict[str, object] = {}
     for i, one in enumerate(items(member(step, "arguments", where), f"{where}, arguments")):
         argument = text(member(one, "name", f"{where}, arguments[{i}]"), f"{where}, arguments[{i}], name")
         if argument in told:
@@ -127,7 +150,7 @@ def _command(where: str, step: Any) -> tuple[Command, int | None]:
     return asked, None if found is None else int(found["row"])
 
 
-def _short(step: dict[str, Any]) -> str:
+def _short(step: JsonObject) -> str:
     return str({name: item for name, item in step.items() if name != "type"})[:160]
 
 

@@ -1,7 +1,7 @@
 """URDF files, xacro expanded, as a tree of links and joints."""
 
 import math
-from collections.abc import Sequence
+from collections.abc import Collection, Sequence
 from pathlib import Path
 from xml.etree.ElementTree import Element
 
@@ -150,21 +150,9 @@ def _joint(element: Element) -> TreeJoint:
 
 def _tree(name: str, links: list[TreeLink], joints: list[TreeJoint]) -> RobotTree:
     """Links and joints, parents first. Raises InvalidRobot naming what keeps them from being one tree."""
+    _check_called_once(name, links, joints)
     by_name = {link.name: link for link in links}
-    for what, names in (("links", [link.name for link in links]), ("joints", [joint.name for joint in joints])):
-        twice = sorted({one for one in names if names.count(one) > 1})
-        if twice:
-            raise InvalidRobot(f"{name}: two {what} are called {twice[0]}")
-    carried: dict[str, str] = {}
-    for joint in joints:
-        for link in (joint.parent, joint.child):
-            if link not in by_name:
-                raise InvalidRobot(f"{name}: joint {joint.name} names the link {link}, which is not there")
-        if joint.child in carried:
-            raise InvalidRobot(
-                f"{name}: link {joint.child} hangs from two joints, {carried[joint.child]} and {joint.name}"
-            )
-        carried[joint.child] = joint.name
+    carried = _carried(name, by_name, joints)
     _check_mimics(name, joints)
     roots = [link for link in links if link.name not in carried]
     if len(roots) != 1 or not links:
@@ -172,14 +160,35 @@ def _tree(name: str, links: list[TreeLink], joints: list[TreeJoint]) -> RobotTre
         raise InvalidRobot(f"{name}: a robot has one root link, this one has {told}")
     ordered, reached = [], [roots[0].name]
     for link in reached:
-        for joint in joints:
-            if joint.parent == link:
-                ordered.append(joint)
-                reached.append(joint.child)
+        own = [joint for joint in joints if joint.parent == link]
+        ordered += own
+        reached += [joint.child for joint in own]
     lost = [link.name for link in links if link.name not in reached]
     if lost:
         raise InvalidRobot(f"{name}: {', '.join(lost)} hang in a cycle that the root {roots[0].name} does not carry")
     return RobotTree(name, tuple(by_name[one] for one in reached), tuple(ordered))
+
+
+def _check_called_once(name: str, links: list[TreeLink], joints: list[TreeJoint]) -> None:
+    for what, names in (("links", [link.name for link in links]), ("joints", [joint.name for joint in joints])):
+        twice = sorted({one for one in names if names.count(one) > 1})
+        if twice:
+            raise InvalidRobot(f"{name}: two {what} are called {twice[0]}")
+
+
+def _carried(name: str, links: Collection[str], joints: list[TreeJoint]) -> dict[str, str]:
+    """Link → the joint that it hangs from. links: the names that there are."""
+    carried: dict[str, str] = {}
+    for joint in joints:
+        for link in (joint.parent, joint.child):
+            if link not in links:
+                raise InvalidRobot(f"{name}: joint {joint.name} names the link {link}, which is not there")
+        if joint.child in carried:
+            raise InvalidRobot(
+                f"{name}: link {joint.child} hangs from two joints, {carried[joint.child]} and {joint.name}"
+            )
+        carried[joint.child] = joint.name
+    return carried
 
 
 def _check_mimics(name: str, joints: list[TreeJoint]) -> None:
