@@ -167,3 +167,12 @@ def test_of_edges_that_are_equally_near_the_first_pair_is_named():
         found = bindings_for_candidates(feet[:-1], feet[-1:], np.zeros(2))
         assert found.margins[0] == 1.0
         assert tuple(int(foot[0]) for foot in feet_of(found.pairs)) == expected
+
+
+def test_the_foot_beyond_an_edge_along_an_axis_is_named():
+    feet = np.array([[0, 0], [4, 0], [4, 3], [0, 3], [2, -1.0]])
+    for turned, com in ((feet, (2.0, 0.2)), (feet[:, ::-1], (0.2, 2.0))):
+        found = bindings_for_candidates(turned[:-1], turned[-1:], np.array(com), True)
+        assert found.margins[0] == pytest.approx(0.2, abs=1e-12)
+        assert {int(foot[0]) for foot in feet_of(found.pairs)} == {0, 1}
+        assert found.lost[0] == support_margin(turned, com, True).lost == 4

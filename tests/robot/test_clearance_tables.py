@@ -10,8 +10,19 @@ from footfall.core.errors import InvalidInput
 from footfall.core.frames import rotation_rpy, transform
 from footfall.robot import clearance as tested
 from footfall.robot.bvh import PAYLOAD, TOUCHING_WHEEL, robot_meshes
-from footfall.robot.clearance import MODES, SLACK, LegClearance, clearance_ground, leg_reach
+from footfall.robot.clearance import (
+    MODES,
+    SLACK,
+    LegClearance,
+    clearance_ground,
+    leg_covers,
+    leg_reach,
+    link_shells,
+    radius_classes,
+    wheel_drums,
+)
 from footfall.robot.description import PARTS, link_name, with_payload
+from footfall.robot.drum_kernel import HALF, MOST, RADIUS, REQUIRED
 from footfall.robot.kinematics import leg_link_poses, link_poses
 from footfall.robot.leg_clearance_kernel import NO_GROUND, RAISED_GROUND, TRUE_GROUND
 from footfall.robot.model import Robot
@@ -203,6 +214,85 @@ def test_the_reach_of_a_leg_is_that_of_its_balls_wherever_its_links_are(athlete,
     parts = [*PARTS, TOUCHING_WHEEL]
     expected = [reached + sizes[part] for part, reached in zip(parts, [*leg.reaches, leg.reaches[-1]], strict=True)]
     assert reach == pytest.approx(max(expected), abs=1e-12)
+
+
+def test_the_wheel_that_touches_counts_where_its_balls_reach_farthest(athlete, monkeypatch):
+    far = {part: SimpleNamespace(centers=np.array([[0.0, 0.0, 0.1]])) for part in PARTS}
+    far[TOUCHING_WHEEL] = SimpleNamespace(centers=np.array([[3.0, 4.0, 0.0], [1.0, 0.0, 0.0]]))
+    monkeypatch.setattr(tested, "_covers", lambda key: far)
+    assert leg_reach(athlete) == pytest.approx(athlete.description.legs[0].reaches[-1] + 5.0, abs=1e-12)
+
+
+def test_what_is_asked_for_by_its_description_is_what_the_check_is_given(athlete, posture):
+    tables, (table, points) = checks(athlete, posture).tables, link_shells(athlete.description)
+    assert np.array_equal(tables.shells, table)
+    assert np.array_equal(tables.points, points)
+    assert leg_covers(athlete.description).keys() == {*PARTS, TOUCHING_WHEEL}
+
+
+def test_without_a_word_nothing_more_is_kept_raised_or_asked_of_the_drum(athlete, dem, posture, ground):
+    plain = checks(athlete, posture, ground).tables
+    told = checks(athlete, posture, ground, clearance=0.0, raise_terrain=0.0, drum=False).tables
+    for one, other in zip(plain, told, strict=True):
+        assert np.array_equal(one, other)
+    assert not plain.drums.any()
+    assert plain.drums.shape == checks(athlete, posture, drum=True).tables.drums.shape == (2, MOST + 1)
+    assert not checks(athlete, posture, drum=True).tables.drums.any()
+    drums = checks(athlete, posture, ground, clearance=EXTRA, drum=True).tables.drums
+    assert np.array_equal(drums, wheel_drums(athlete.description, ground, EXTRA))
+    least, whole = (clearance_ground(athlete, dem.heights, dem.geometry, *more) for more in ((), (0.0, None, np.inf)))
+    assert np.array_equal(least.radii, whole.radii)
+    assert np.array_equal(least.cells, whole.cells)
+    assert least.radii[-1] == np.concatenate(tested._required_radii(athlete.description, 0.0)).max()
+
+
+def test_certified_is_asked_over_the_raised_ground_unless_another_is_named(athlete, posture, ground):
+    q = posture[None, 6 * LEG : 6 * LEG + 6]
+    differ = 0
+    for height in np.arange(0.6, 1.6, 0.04):
+        leg = LegClearance(athlete, posture, LEG, transform(translation=(0, 0, height)), ground, 0.0, 0.3)
+        assert leg.certified(q)[0] == leg.certified(q, "raised")[0]
+        differ += leg.certified(q, "true")[0] != leg.certified(q, "raised")[0]
+    assert differ > 0
+
+
+@pytest.mark.parametrize("clearance", [0.0, EXTRA])
+def test_the_drum_of_each_ground_holds_its_wheel_and_keeps_its_distance(athlete, clearance):
+    meshes, delta = robot_meshes(athlete.description), athlete.description.clearances.terrain["wheel"]
+    wide: Any = SimpleNamespace(radii=np.array([0.1, 9.0]))
+    for mode, name, kept in ((TRUE_GROUND, TOUCHING_WHEEL, 0.0), (RAISED_GROUND, "wheel", delta + clearance)):
+        row = wheel_drums(athlete.description, wide, clearance)[mode]
+        away = np.abs(meshes[name].vertices - row[CENTER : CENTER + 3])
+        out = np.hypot(away[:, 0], away[:, 2]).max()
+        assert out <= row[RADIUS] <= 1.04 * out
+        assert row[HALF] == pytest.approx(away[:, 1].max(), rel=2e-3)
+        assert row[HALF] >= away[:, 1].max() - 1e-12
+        assert row[REQUIRED] == pytest.approx(kept + SLACK, abs=1e-12)
+        assert row[MOST] == 0.05
+        # no more room is told than the ground was made for
+        least = float(np.hypot(row[RADIUS], row[HALF]) + row[REQUIRED])
+        for more, told in ((0.04, True), (1e-9, True), (-1e-9, False)):
+            near: Any = SimpleNamespace(radii=np.array([9.0, least + more]))
+            found = wheel_drums(athlete.description, near, clearance)[mode]
+            assert found.any() == told
+            assert found[MOST] == pytest.approx(max(more, 0.0), abs=1e-12)
+
+
+def test_a_wheel_that_is_no_drum_is_asked_by_its_balls_alone(athlete, monkeypatch):
+    (shell,), points = tested.shells([robot_meshes(athlete.description)["wheel"]])
+    wide: Any = SimpleNamespace(radii=np.array([9.0]))
+    for disc, inside in ((0.0, points), (shell[tested.DISC], points + 0.1)):
+        other = shell.copy()
+        other[tested.DISC] = disc
+        monkeypatch.setattr(tested, "shells", lambda meshes, one=(other[None], inside): one)
+        assert not wheel_drums(athlete.description, wide, 0.0).any()
+
+
+def test_one_table_serves_radii_that_are_smaller_by_a_share_at_most():
+    assert radius_classes(np.array([0.25, 0.5, 1.0, 1.0]), 0.5).tolist() == [1.0, 0.25]
+    assert radius_classes(np.array([0.5 - 1e-9, 1.0]), 0.5).tolist() == [1.0, 0.5 - 1e-9]
+    assert len(radius_classes(np.array([0.981, 1.0]))) == 1
+    assert len(radius_classes(np.array([0.979, 1.0]))) == 2
 
 
 def test_a_ground_that_was_cut_out_must_hold_all_places_of_the_leg():
