@@ -4,7 +4,9 @@ Each verdict is of a process of its own, forked from one that has loaded the lib
 in no time and nothing is left over from the one before.
 """
 
+import math
 import os
+import resource
 import shutil
 import signal
 import sys
@@ -23,6 +25,8 @@ LEFT_OUT = shutil.ignore_patterns(".git", ".venv", ".hypothesis", "node_modules"
 LOADED = ("numpy", "scipy.optimize", "scipy.spatial", "scipy.ndimage", "numba", "shapely", "httpx", "structlog")
 """Libraries that most judges load."""
 DOES_NOT_LOAD = 77
+ASLEEP = 50
+"""A child that takes so many times its bound by the clock waits for what never comes."""
 Verdict = Literal["killed", "survived", "endless", "does not load"]
 
 
@@ -48,37 +52,35 @@ class Court:
     def verdict(
         self, module: str, source: str, judges: tuple[str, ...], bound: float, interpreted: bool
     ) -> tuple[Verdict, float]:
-        """What the judges say of ``source`` in the place of ``module``, and the seconds that they took.
+        """What the judges say of ``source`` in the place of ``module``, and the processor seconds that they took.
 
-        interpreted: compiled code runs as plain Python, which spares compiling every mutant.
+        bound: in processor seconds, as a busy machine must not take for endless what is merely slow. interpreted:
+        compiled code runs as plain Python, which spares compiling every mutant.
         """
         path = self.tree / "backend" / "footfall" / module
         kept = path.read_bytes()
         path.write_text(source, "utf-8")
-        began = time.monotonic()
         try:
             child = os.fork()
             if child == 0:
+                resource.setrlimit(resource.RLIMIT_CPU, (math.ceil(bound), math.ceil(bound) + 1))
                 self._judge(module, judges, interpreted)
-            status = self._waited(child, began + bound)
+            status, took = self._waited(child, time.monotonic() + ASLEEP * bound)
         finally:
             path.write_bytes(kept)
-        took = time.monotonic() - began
-        if status is None:
-            return "endless", took
         code = os.waitstatus_to_exitcode(status)
+        if code in (-signal.SIGXCPU, -signal.SIGKILL):
+            return "endless", took
         return ("survived" if code == 0 else "does not load" if code == DOES_NOT_LOAD else "killed"), took
 
-    def _waited(self, child: int, until: float) -> int | None:
-        """How the child ended; None where it had to be killed."""
+    def _waited(self, child: int, until: float) -> tuple[int, float]:
+        """How the child ended, and its processor seconds; it is killed where it waits for ever."""
         while True:
-            ended, status = os.waitpid(child, os.WNOHANG)
+            ended, status, used = os.wait4(child, os.WNOHANG)
             if ended:
-                return status
+                return status, used.ru_utime + used.ru_stime
             if time.monotonic() > until:
                 os.killpg(child, signal.SIGKILL)
-                os.waitpid(child, 0)
-                return None
             time.sleep(0.02)
 
     def _judge(self, module: str, judges: tuple[str, ...], interpreted: bool) -> NoReturn:

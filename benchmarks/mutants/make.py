@@ -38,18 +38,29 @@ class Mutant:
     source: str
 
 
-def mutants(module: str, source: str) -> list[Mutant]:
-    """All that the operators make of a module, each once."""
-    tree, found = get_ast(source), dict[str, Mutant]()
-    for name in operator_names():
-        short = name.rpartition("/")[2]
-        if not MEANT.fullmatch(short):
-            continue
-        operator = get_operator(name)()
-        for number in range(sum(len(list(operator.mutation_positions(node))) for node in ast_nodes(tree))):
-            mutated = mutate_code(source, operator, number)
-            if mutated is not None and mutated != source:
-                found.setdefault(mutated, Mutant(module, short, *difference(source, mutated), mutated))
+def places(source: str) -> list[tuple[str, int]]:
+    """Where mistakes can be made: an operator, and which of the spots in the source that it fits."""
+    nodes = list(ast_nodes(get_ast(source)))
+    meant = [name for name in operator_names() if MEANT.fullmatch(name.rpartition("/")[2])]
+    count = {name: sum(len(list(get_operator(name)().mutation_positions(node))) for node in nodes) for name in meant}
+    return [(name, number) for name in meant for number in range(count[name])]
+
+
+def mutants(module: str, source: str, known: set[tuple[str, str, str]], most: int, seed: int) -> list[Mutant]:
+    """At most so many of a module's, each once, chosen at random, in the order of their lines; none that is known.
+
+    Only those that are chosen are made: making one parses the module anew.
+    """
+    found = dict[str, Mutant]()
+    every = places(source)
+    for name, number in random.Random(seed).sample(every, len(every)):
+        mutated = mutate_code(source, get_operator(name)(), number)
+        if mutated is not None and mutated != source and mutated not in found:
+            one = Mutant(module, name.rpartition("/")[2], *difference(source, mutated), mutated)
+            if (one.module, one.was, one.becomes) not in known:
+                found[mutated] = one
+        if len(found) == most:
+            break
     return sorted(found.values(), key=lambda one: (one.line, one.becomes))
 
 
@@ -62,11 +73,3 @@ def difference(source: str, mutated: str) -> tuple[int, str, str]:
         behind += 1
     was, becomes = (" ".join(one.strip() for one in lines[same : len(lines) - behind]) for lines in (before, after))
     return same + 1, was, becomes
-
-
-def sample(every: list[Mutant], most: int, seed: int) -> list[Mutant]:
-    """At most so many of them, chosen at random, in the order of their lines."""
-    if len(every) <= most:
-        return every
-    chosen = random.Random(seed).sample(range(len(every)), most)
-    return [every[i] for i in sorted(chosen)]
