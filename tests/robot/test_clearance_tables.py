@@ -221,6 +221,10 @@ def test_the_wheel_that_touches_counts_where_its_balls_reach_farthest(athlete, m
     far[TOUCHING_WHEEL] = SimpleNamespace(centers=np.array([[3.0, 4.0, 0.0], [1.0, 0.0, 0.0]]))
     monkeypatch.setattr(tested, "_covers", lambda key: far)
     assert leg_reach(athlete) == pytest.approx(athlete.description.legs[0].reaches[-1] + 5.0, abs=1e-12)
+    table = np.zeros((len(PARTS), len(link_shells(athlete.description)[0][0])))
+    assert tested._reaches(athlete.description, table) == pytest.approx(
+        [5.0 if part == "wheel" else 0.1 for part in PARTS], abs=1e-12
+    )
 
 
 def test_what_is_asked_for_by_its_description_is_what_the_check_is_given(athlete, posture):
@@ -296,19 +300,19 @@ def test_one_table_serves_radii_that_are_smaller_by_a_share_at_most():
 
 
 def test_a_ground_that_was_cut_out_must_hold_all_places_of_the_leg():
-    T_site_hip = transform(translation=(3.0, 5.0, 9.0))
+    T_site_hip = transform(translation=(3.5, 5.0, 9.0))
     for radius, fits in ((np.inf, True), (7.0, True), (7.0 - 0.9 * SLACK, True), (7.0 - 2 * SLACK, False)):
-        # 5 m from (0, 1), and 2 m more
-        ground: Any = SimpleNamespace(region=np.array([0.0, 1.0, radius]))
+        # 5 m from (0.5, 1), and 2 m more
+        ground: Any = SimpleNamespace(region=np.array([0.5, 1.0, radius]))
         if fits:
             tested._require_region(ground, T_site_hip, 2.0)
             continue
         with pytest.raises(InvalidInput, match="another place") as caught:
             tested._require_region(ground, T_site_hip, 2.0)
         assert caught.value.details == {
-            "around": [0.0, 1.0],
+            "around": [0.5, 1.0],
             "within": radius,
-            "hip": [3.0, 5.0],
+            "hip": [3.5, 5.0],
             "reach": 2.0,
         }
 
