@@ -1,5 +1,7 @@
 """Support polygons at their edges: few feet, feet on a line, what is refused, and what a refusal says."""
 
+from dataclasses import FrozenInstanceError
+
 import numpy as np
 import pytest
 
@@ -59,6 +61,12 @@ def test_the_reason_says_how_many_feet_are_needed_or_how_they_stand():
     doubled = np.array([[0, 0], [0, 0], [2, 0], [2, 0], [1, 1.0]])
     assert len(conservative_polygon(doubled)) == 2
     assert "the 5 feet has no area" in support_margin(doubled, com, True).reason
+
+
+def test_what_was_found_stays_as_it_was_found():
+    found = support_margin(HEXAGON, [0.0, 0.0])
+    with pytest.raises(FrozenInstanceError):
+        found.margin = 1.0  # pyright: ignore[reportAttributeAccessIssue]
 
 
 def test_what_survives_any_loss_does_not_depend_on_where_the_site_counts_from():
