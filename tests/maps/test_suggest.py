@@ -156,11 +156,11 @@ def test_cells_not_cleared_of_collisions_are_marked(layer, code):
 
 
 def test_reasons_have_numbers_units_and_limits():
-    layers = even_layers(slope=np.radians(4), step=0.03, support=0.62, age=3000.0, margin=0.6)
+    layers = even_layers(slope=np.radians(4), step=0.03, support=0.62, age=3000.0, margin=1.7)
     settings = QualitySettings(ramps={"slope": (np.radians(25), 0.0)})
     reasons = suggest(ask(layers, settings), 1).footfalls[0].reasons
     assert reasons[0].startswith(
-        "good: slope 4° (limit 25°), step 3 cm (limit 25 cm), margin 60 cm (least 0 mm), advance"
+        "good: slope 4° (limit 25°), step 3 cm (limit 25 cm), margin 1.7 m (least 0 mm), advance"
     )
     assert reasons[-1] == "weakest: support 62 % (least 50 %)"
     heavy = QualitySettings(weights={"age": 100.0})

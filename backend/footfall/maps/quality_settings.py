@@ -71,8 +71,8 @@ RAMPS: Mapping[str, tuple[float, float]] = MappingProxyType(
         "roughness": (0.05, 0.0),
         "step": (0.25, 0.0),
         "support": (0.5, 1.0),
-        "limit_margin": (0.0, 0.35),
-        "margin": (0.0, 0.5),
+        "limit_margin": (0.0, 1.2),
+        "margin": (0.0, 2.0),
         "certainty": (0.25, 1.0),
         "age": (3600.0, 0.0),
         "height_sd": (0.05, 0.0),
@@ -80,7 +80,8 @@ RAMPS: Mapping[str, tuple[float, float]] = MappingProxyType(
     }
 )
 """(worst, best) of every factor: 0 (a preference: PREFERENCE_LEAST) at the worst and beyond, 1 at the best and beyond.
-Slope, roughness and step end where ``MapSettings`` has their limits."""
+Slope, roughness and step end where ``MapSettings`` has their limits. Room in the joints and stability are best where
+ATHLETE hardly has more of them: a ramp that ends before would call most of what a leg reaches equally good."""
 
 
 @value
