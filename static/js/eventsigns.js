@@ -23,7 +23,7 @@ function found({ type, payload }) {
   if (type === "snapshot_taken") return SIGNS.snapshot;
   if (type === "terrain_loaded" || type === "terrain_undone") return SIGNS.terrain;
   if (type === "footfall_chosen" || type === "points_set") return SIGNS.footfall;
-  if (type === "plan_chosen") return SIGNS.plan;
+  if (type === "plan_chosen" || type === "queue_shortened") return SIGNS.plan;
   if (type === "stiffness_taken_over") return SIGNS.execution;
   if (type === "choice_undone" || type === "sequence_undone") return SIGNS.undone;
   if (type === "choice_redone" || type === "sequence_redone") return SIGNS.redone;

@@ -15,6 +15,8 @@ export const KINDS = {
   shift: { sign: "plan" },
   body_move: { sign: "plan" },
   held_move: { sign: "execution" },
+  queue: { area: "plan", sign: "plan" },
+  held_queue: { sign: "execution" },
   walk: { area: "walk", sign: "plan" },
   gait: { area: "walk", sign: "plan" },
   route: { area: "goal", sign: "plan" },

@@ -9,7 +9,7 @@ import footfall
 from footfall.core.errors import Cancelled, InvalidInput
 from footfall.core.frames import apply, transform
 from footfall.io.artifacts import decode, encode
-from footfall.planning.answers import Check, Status
+from footfall.planning.answers import Check, Status, least_of
 from footfall.planning.body.body_move import No
 from footfall.planning.body.move import BodyMovePlan
 from footfall.planning.compliance.compliant_rover import CompliantRover
@@ -22,7 +22,7 @@ from footfall.planning.step.problem import StepPlan
 from footfall.planning.walk.parts import parts_of, stay
 from footfall.planning.walk.problem import WalkGoal
 from footfall.planning.walk_execution.onward import next_that_moves, onward
-from footfall.planning.walk_execution.plan import foot_moves_of, least_of, plan_walk_execution
+from footfall.planning.walk_execution.plan import foot_moves_of, plan_walk_execution
 from footfall.planning.walk_execution.problem import FootMoveExecution, WalkExecution
 from footfall.planning.walk_execution.unpressed import unpressed
 from footfall.robot.kinematics import wheel_centers

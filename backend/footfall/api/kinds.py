@@ -12,6 +12,7 @@ from pydantic import BaseModel
 
 from footfall.api.bodies.described_schemas import DescribedStepOrder, DescribedWalkOrder
 from footfall.api.bodies.execution_schemas import HeldMoveOrder
+from footfall.api.bodies.queue_schemas import QueueOrder
 from footfall.api.bodies.route_schemas import RouteOrder
 from footfall.api.bodies.schemas import BodyMoveOrder, ShiftOrder
 from footfall.api.bodies.settings_models import settings_value
@@ -25,8 +26,10 @@ from footfall.planning.body.move import BodyMoveResult, BodyMoveSettings
 from footfall.planning.execution.problem import BodyExecutionResult
 from footfall.planning.gait.problem import GaitResult, GaitSettings
 from footfall.planning.legged.problem import LeggedResult, LeggedSettings
+from footfall.planning.queue.problem import QueueResult
 from footfall.planning.route.problem import RouteResult, RouteSettings
 from footfall.planning.walk.problem import WalkGoal, WalkResult, WalkSettings
+from footfall.planning.walk_execution.problem import WalkExecutionResult
 from footfall.session.access.identity import Role
 from footfall.session.jobs.job import Job
 from footfall.session.jobs.requests import RouteRequest
@@ -82,11 +85,22 @@ def _find_shift(live: LiveSession, order: ShiftOrder) -> Job:
 
 def _plan_body_move(live: LiveSession, order: BodyMoveOrder) -> Job:
     shift = settings_value(BodyShift, order.shift) or BodyShift()
-    return live.stances.plan_body_move(shift, settings_value(BodyMoveSettings, order.settings))
+    if order.after is not None:
+        live.plans.go_on_after(order.after)
+    settings = settings_value(BodyMoveSettings, order.settings)
+    return live.stances.plan_body_move(shift, settings, as_planned_from=order.after is not None)
 
 
 def _plan_held_move(live: LiveSession, order: HeldMoveOrder) -> Job:
     return live.executions.plan_held_move(order.plan, settings_of_order(live, order.settings))
+
+
+def _join_queue(live: LiveSession, order: QueueOrder) -> Job:
+    return live.queues.add(order.plan)
+
+
+def _plan_held_queue(live: LiveSession, order: HeldMoveOrder) -> Job:
+    return live.executions.plan_held_queue(order.plan, settings_of_order(live, order.settings))
 
 
 def _plan_walk(live: LiveSession, order: WalkOrder) -> Job:
@@ -149,6 +163,24 @@ SERVED: dict[Kind, Served] = {
         order=HeldMoveOrder,
         answer=BodyExecutionResult,
         ask=_plan_held_move,
+    ),
+    kinds.QUEUE: Asked(
+        folder="queues",
+        tag="plans",
+        verb="join",
+        text="Put a planned step or move of the chassis at the end of the queue, as a job. Its result tells a refusal.",
+        order=QueueOrder,
+        answer=QueueResult,
+        ask=_join_queue,
+    ),
+    kinds.HELD_QUEUE: Asked(
+        folder="held-queues",
+        tag="plans",
+        verb="plan",
+        text="What to command for a queue with the pose held, as a job; plan null: the present queue.",
+        order=HeldMoveOrder,
+        answer=WalkExecutionResult,
+        ask=_plan_held_queue,
     ),
     kinds.WALK: Asked(
         folder="walks",

@@ -92,6 +92,7 @@ HOMES: dict[str, tuple[str, ...]] = {
         "BodyMoveResult",
         "BodyMoveSettings",
     ),
+    "footfall.planning.queue.problem": ("PlanQueue", "QueueResult", "QueuedPlan"),
     "footfall.planning.walk.problem": (
         "Blocked",
         "FootfallCosts",

@@ -1,5 +1,6 @@
 """What planning answers: how it ended, and what was checked."""
 
+from collections.abc import Iterable
 from dataclasses import dataclass
 from enum import Enum
 
@@ -38,6 +39,16 @@ class Check(Value):
     margin: float
     unit: str
     where: str
+
+
+def least_of(checks: Iterable[Check]) -> tuple[Check, ...]:
+    """Of each check, by its name, the one with the least margin."""
+    least: dict[str, Check] = {}
+    for check in checks:
+        known = least.get(check.name)
+        if known is None or not known.margin <= check.margin:
+            least[check.name] = check
+    return tuple(least.values())
 
 
 @dataclass(frozen=True)

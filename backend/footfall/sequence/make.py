@@ -10,6 +10,7 @@ from footfall.core.value import Provenance
 from footfall.planning.body.move import BodyMovePlan, BodyMoveSettings
 from footfall.planning.execution.problem import BodyExecution, Execution
 from footfall.planning.motion import BODY, Motion
+from footfall.planning.queue.problem import PlanQueue
 from footfall.planning.step.problem import StepPlan, StepSettings
 from footfall.planning.walk.problem import WalkPlan, WalkSettings
 from footfall.planning.walk_execution.problem import WalkExecution
@@ -24,7 +25,7 @@ from footfall.sequence.sequence_settings import SequenceSettings
 from footfall.telemetry.command_kinds import LEG_MOVE
 from footfall.terrain.dem import Dem
 
-RigidPlan = StepPlan | BodyMovePlan | WalkPlan
+RigidPlan = StepPlan | BodyMovePlan | WalkPlan | PlanQueue
 
 
 def make_sequence(
@@ -35,11 +36,13 @@ def make_sequence(
 ) -> Sequence:
     """One command for each waypoint after the first, at ``speed_fraction`` of the speed limits.
 
-    A step becomes LEG_MOVEs, a move of the chassis POSTURE_MOVEs, a walk both in turn, all as if the rover were rigid.
+    A step becomes LEG_MOVEs, a move of the chassis POSTURE_MOVEs, a walk or a queue both in turn, all as if the rover
+    were rigid.
     An execution becomes what it commands a rover that sags, see :mod:`footfall.sequence.of_execution`. With ``dem`` the
     motion rules (collision, balance, torque…) are checked too. No command drives the drum of a tether: commands of a
     walk on one take as long as its drum does, and fail a rule that says what it would have to pay out. Without
-    ``settings`` the clearance, the balance preference and the payload are the plan's own.
+    ``settings`` the clearance, the balance preference and the payload are the plan's own; of a queue each row is held
+    to the strictest that an entry was planned with.
 
     Raises InvalidSequence where the plan was made for another robot, moves more than its leg, or is a walk to where the
     rover is already.
@@ -88,6 +91,8 @@ def _commands(motion: Motion, limits: Array) -> Iterator[Command]:
 
 def settings_of(plan: RigidPlan) -> SequenceSettings:
     """Sequence settings that check what the plan was checked with, under the payload that it was planned with."""
+    if isinstance(plan, PlanQueue):
+        return _strictest([settings_of(one.plan) for one in plan.entries])
     made_with = plan.provenance.settings
     if isinstance(plan, WalkPlan):
         asked = made_with if isinstance(made_with, WalkSettings) else WalkSettings()
@@ -109,6 +114,15 @@ def settings_of(plan: RigidPlan) -> SequenceSettings:
     )
 
 
+def _strictest(each: list[SequenceSettings]) -> SequenceSettings:
+    return SequenceSettings(
+        clearance=max(one.clearance for one in each),
+        conservative=any(one.conservative for one in each),
+        least_margin=max(one.least_margin for one in each),
+        friction=min(one.friction for one in each),
+    )
+
+
 def _fitting(plan: RigidPlan, robot: Robot) -> Motion:
     """The plan's motion. Raises InvalidSequence where it is not one of this robot that commands can say."""
     planned_for = plan.parents.get("robot")
@@ -125,7 +139,7 @@ def _fitting(plan: RigidPlan, robot: Robot) -> Motion:
         raise InvalidSequence(
             f"a plan for {robot.name} needs at least two waypoints of {n} angles", shape=list(plan.waypoints.shape)
         )
-    legs = plan.legs if isinstance(plan, WalkPlan) else (plan.leg,) if isinstance(plan, StepPlan) else ()
+    legs = plan.legs if isinstance(plan, (WalkPlan, PlanQueue)) else (plan.leg,) if isinstance(plan, StepPlan) else ()
     for leg in legs:
         if not 0 <= leg < robot.leg_count:
             raise InvalidSequence(f"{robot.name} has legs 0…{robot.leg_count - 1}", leg=leg)

@@ -6,7 +6,8 @@ from footfall.planning.answers import Status
 from footfall.session.answers.plans import ToCommand
 from footfall.session.log.event import Event
 from footfall.session.log.fold import SessionState
-from footfall.session.products.kinds import COMMANDED, EXECUTION, KINDS, PLAN
+from footfall.session.log.fold_queue import queues_behind
+from footfall.session.products.kinds import COMMANDED, EXECUTION, KINDS, PLAN, QUEUE
 
 
 def carried_out(state: SessionState, rows_of: Callable[[str], int]) -> dict[str, float]:
@@ -19,20 +20,42 @@ def carried_out(state: SessionState, rows_of: Callable[[str], int]) -> dict[str,
 
 
 def moved_by(state: SessionState, sequence: str) -> set[str]:
-    """Digests of the plan, execution or move of the chassis that commands go back to, through edits and execution."""
+    """Digests of the plan, execution, move of the chassis or queue that commands go back to, through edits and
+    execution; of a queue, of its entries, too.
+    """
     made = state.products.get(state.before_edits(sequence))
     if made is None:
         return set()
     behind = {made.parents[name] for name in COMMANDED if name in made.parents}
     executed = state.products.get(made.parents.get("execution", ""))
-    return behind if executed is None else behind | {executed.parents["plan"]}
+    if executed is not None:
+        behind |= {executed.parents["plan"]}
+    for digest in tuple(behind):
+        behind |= _queued_in(state, digest)
+    return behind
+
+
+def _queued_in(state: SessionState, digest: str) -> set[str]:
+    """Digests of what is in a queue, and of the shorter queues that it was made of; none of what is no queue."""
+    if state.kind_of(digest) is not QUEUE:
+        return set()
+    queues = [one for one in queues_behind(state.products, digest) if one is not None]
+    return {*queues, *(state.products[one].parents["plan"] for one in queues)}
+
+
+def planned_behind(state: SessionState, sequence: str) -> str:
+    """Digest of the plan, move, walk or queue that commands go back to, through edits and executions; "" for none."""
+    made = state.products.get(state.before_edits(sequence))
+    executed = None if made is None else state.products.get(made.parents.get("execution", ""))
+    behind = executed or made
+    return "" if behind is None else behind.parents.get("plan", "")
 
 
 def to_command(
     state: SessionState, events: Iterable[Event], finished: Mapping[str, float], found: Callable[[str], bool]
 ) -> ToCommand | None:
-    """What commands are to be made of: the planned step, its execution or the move of the chassis that came last, of
-    those that can be carried out and were not; None where there is none.
+    """What commands are to be made of: the planned step, its execution, the move of the chassis or the queue that came
+    last, of those that can be carried out and were not; None where there is none.
 
     finished: as :func:`carried_out`. found: whether the answer of that digest is one that can be carried out; asked of
     answers whose status no event says. Answers with digest,
@@ -42,7 +65,7 @@ def to_command(
     made: dict[str, Event] = {}  # or chosen
     legs: dict[str, int | None] = {}
     for event in events:
-        if event.type in ("product", "plan_chosen"):
+        if event.type in ("product", "plan_chosen", "queue_shortened"):
             made[event.payload["digest"]] = event
         if event.type == "product":
             legs[event.payload["digest"]] = event.payload.get("leg")

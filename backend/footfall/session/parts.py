@@ -17,6 +17,7 @@ from footfall.session.products.executions import Executions
 from footfall.session.products.maps import LegMaps
 from footfall.session.products.outcomes import Outcomes
 from footfall.session.products.plans import StepPlans
+from footfall.session.products.queues import Queues
 from footfall.session.products.sequences import Sequences
 from footfall.session.products.stances import Stances
 from footfall.session.products.terrains import Terrains
@@ -55,6 +56,7 @@ class SessionParts(SessionCore):
         self.hand = Hand(self, self.choices, self.fits, self.stances, self.maps)
         self.executions = Executions(self, self.rover, self.plans)
         self.sequences = Sequences(self, self.stances, self.executions)
+        self.queues = Queues(self, self.stances, self.plans, self.sequences)
         self.outcomes = Outcomes(self, self.sequences)
         self.least_clearances = LeastClearances(self)
         self.commands = Commands(

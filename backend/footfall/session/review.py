@@ -8,13 +8,13 @@ from footfall.planning.step.problem import PlanResult
 from footfall.planning.walk.problem import WalkResult
 from footfall.sequence.commands import Sequence
 from footfall.session.answers.plans import MatchAnswer, ToCommand
-from footfall.session.carried_out import carried_out, to_command
+from footfall.session.carried_out import carried_out, planned_behind, to_command
 from footfall.session.choosing.choices import PageChoices
 from footfall.session.core import SessionCore
 from footfall.session.gate.checks import STALE_AFTER
 from footfall.session.log.fold import SessionState
 from footfall.session.products.compared import UpToDate
-from footfall.session.products.kinds import KINDS, PLAN, SEQUENCE, WALK
+from footfall.session.products.kinds import KINDS, PLAN, QUEUE, SEQUENCE, WALK
 from footfall.session.products.sequences import Sequences
 from footfall.session.products.up_to_date import SENT, difference, near_enough_in_words
 from footfall.session.rover.linked import LinkedRover
@@ -98,20 +98,24 @@ class Review:
             if kind is not None and kind.is_commands and state.sequence is not None:
                 edited = state.kind_of(state.sequence) is not SEQUENCE
                 moves = self._core.typed(Sequence, state.sequence).Ts_site_base is not None
-                return state.sequence if edited or moves else state.plan
+                return state.sequence if edited or moves or self._of_queue else state.plan
         return state.plan
+
+    @property
+    def _of_queue(self) -> bool:
+        """Whether the present commands go back to a queue."""
+        state = self._core.state
+        return state.sequence is not None and state.kind_of(planned_behind(state, state.sequence)) is QUEUE
 
     @property
     def commands_of_another_plan(self) -> bool:
         """Whether the present commands go back to another plan, or move, than what was planned last."""
         state = self._core.state
-        made = None if state.sequence is None else state.products.get(state.before_edits(state.sequence))
-        if made is None:
+        if state.sequence is None or state.before_edits(state.sequence) not in state.products:
             return False
-        behind = made.parents.get("plan", "")
-        executed = state.products.get(made.parents.get("execution", ""))
-        if executed is not None:
-            behind = executed.parents["plan"]
+        behind = planned_behind(state, state.sequence)
+        if self._of_queue and behind != state.queue:
+            return True
         source = state.products.get(behind)
         if source is not None and source.kind == PLAN.name:
             return behind != state.plan

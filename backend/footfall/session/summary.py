@@ -55,6 +55,7 @@ def summary(session: SessionParts, loop: dict[str, Any] | None) -> SessionAnswer
             "status": state.execution_status,
             "reason": state.execution_reason,
         },
+        "queue": session.queues.told(),
         "joint_scale": state.joint_scale,
         "way_of_commands": asdict(session.executions.way_of_commands()),
         "sequence": state.sequence,

@@ -90,7 +90,7 @@ export const stateSince = (state, time, reason) => `${stateOf(state, time)}${rea
 
 // -- what undo takes back --------------------------------------------------------------------------
 
-const CHOICES = { footfall: "footfall", points: "points for the wheel", plan: "choice of a plan", edit: "edit of the commands", stiffness: "stiffness taken over" };
+const CHOICES = { footfall: "footfall", points: "points for the wheel", plan: "choice of a plan", queue: "change of the queue", edit: "edit of the commands", stiffness: "stiffness taken over" };
 
 // Of summary.undo or summary.redo.
 export const choiceTold = ({ kind, leg, by }) => `${CHOICES[kind]}${leg === null ? "" : ` of leg ${leg}`}${by && by !== "local" ? `, by ${by}` : ""}`;

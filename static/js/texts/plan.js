@@ -36,7 +36,7 @@ export const noPlanToGoOn = "There is no plan to go on from: plan the step first
 export const goesOnFrom = (end) => `Going on starts from the predicted end of ${end}.`;
 export const plannedFrom = (end) => `Planned from the predicted end of ${end}. What is made from here can be sent once the rover stands there.`;
 
-const ENDS = { plan: "the plan", execution: "the prediction of sag", commands: "the commands" };
+const ENDS = { plan: "the plan", execution: "the prediction of sag", queue: "the queue", commands: "the commands" };
 
 // Which of what was made of a step it is, and whether the rover sags there.
 export const endOf = ({ of, sags }) => `${ENDS[of]}, ${sags ? "the rover's sag in it" : "the rover taken as rigid"}`;

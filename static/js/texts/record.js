@@ -27,13 +27,14 @@ export function eventTold({ type, payload }) {
 
 // -- what somebody did, as "… chose a footfall for leg 3" goes on ------------------------------------
 
-const CHOICES = { footfall: "the footfall", points: "the points for the wheel", plan: "the choice of a plan", edit: "the edit of the commands", stiffness: "the stiffness taken over" };
+const CHOICES = { footfall: "the footfall", points: "the points for the wheel", plan: "the choice of a plan", queue: "the change of the queue", edit: "the edit of the commands", stiffness: "the stiffness taken over" };
 
 export const DONE = {
   product: madeOf,
   footfall_chosen: ({ leg: whose }) => `chose a footfall for leg ${whose}`,
   points_set: ({ leg: whose, points }) => `set ${points.length} point${points.length === 1 ? "" : "s"} for the wheel of leg ${whose}`,
   plan_chosen: () => "chose another plan",
+  queue_shortened: ({ digest }) => (digest ? "took plans from the end of the queue" : "emptied the queue"),
   stiffness_taken_over: (taken) => `took over joints ${fixed(taken.joint_scale, 2)} × as stiff, before ${fixed(taken.was, 2)} ×`,
   choice_undone: ({ kind }) => `took back ${CHOICES[kind]}`,
   choice_redone: ({ kind }) => `made ${CHOICES[kind]} again`,

@@ -64,6 +64,7 @@ _TABLE: Mapping[Role | Needs, tuple[str, ...]] = {
         "POST /sessions/{session}/hand/commit",
         "DELETE /sessions/{session}/hand",
         "PUT /sessions/{session}/plans/current",
+        "PUT /sessions/{session}/queues/current",
         "POST /sessions/{session}/plans/{digest}/alternatives",
         "DELETE /sessions/{session}/what-if",
         "POST /sessions/{session}/sag/take-over",

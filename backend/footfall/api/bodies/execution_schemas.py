@@ -25,7 +25,7 @@ class ExecutionOrder(Strictly):
 
 
 class HeldMoveOrder(Strictly):
-    """Plan how to command a move of the chassis with the pose held; plan null means the one planned last."""
+    """Plan how to command a move of the chassis, or a queue, with the pose held; plan null means the latest."""
 
     model_config = ConfigDict(json_schema_extra={"examples": [{"plan": None}, {"settings": {"pause": 1.0}}]})
     plan: Name | None = None

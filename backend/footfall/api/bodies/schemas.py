@@ -219,7 +219,7 @@ class Ray(Strictly):
 class PlanOrder(Strictly):
     """Plan one step of one leg; target null means the chosen footfall.
 
-    through: points, site frame [m], that the wheel's centre passes during the swing. after: digest of a plan or
+    through: points, site frame [m], that the wheel's centre passes during the swing. after: digest of a plan, queue or
     sequence from whose predicted end the step starts.
     """
 
@@ -292,11 +292,15 @@ class WhatIfOrder(BodyShiftModel):  # type: ignore[valid-type,misc]
 
 
 class BodyMoveOrder(Strictly):
-    """Move the chassis over its standing feet."""
+    """Move the chassis over its standing feet, from how the rover stands.
+
+    after: digest of a plan, queue or sequence from whose predicted end it starts instead.
+    """
 
     model_config = _examples({"shift": {"dx": 0.05, "dz": -0.1}})
     shift: BodyShiftModel  # type: ignore[valid-type]
     settings: BodyMoveSettingsModel | None = None  # type: ignore[valid-type]
+    after: Name | None = None
 
 
 class StopOrder(Strictly):

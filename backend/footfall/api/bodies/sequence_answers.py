@@ -29,7 +29,7 @@ class RestAnswer(TypedDict):
 
 
 class FootMoveRows(TypedDict):
-    """Rows ``first_row`` … that belong to one foot move of a walk; text: what it is called.
+    """Rows ``first_row`` … that belong to one foot move of a walk or a queue; text: what it is called.
 
     rest: where they are predicted to end; null: they take the rover as rigid.
     """

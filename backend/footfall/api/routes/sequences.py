@@ -26,6 +26,7 @@ from footfall.session.answers.commands import ArmedAnswer, SentAnswer
 from footfall.session.live import LiveSession
 from footfall.session.products.kinds import IMPORT
 from footfall.session.storage.artifact_folder import bytes_digest
+from footfall.session.walking import CommandedFootMove
 
 router = Routes(tags=["sequences"])
 
@@ -35,7 +36,7 @@ ExportFormat = Literal["json", "csv", "seqjson", "fprime", "fprime-dictionary", 
 
 @router.post("/sessions/{session}/sequences", status_code=201)
 def make(live: OneSession, order: NewSequence, response: Response) -> SequenceAnswer:
-    """Turn a planned step, its execution, a move of the chassis or a walk into commands: the session's sequence.
+    """Turn a planned step, its execution, a move of the chassis, a queue or a walk into the session's commands.
 
     `way` of the answer says how it is commanded. 422 where the step can't be commanded so: nothing is made otherwise
     than was asked for.
@@ -202,6 +203,10 @@ def _sequence(lineage: Lineage, digest: str) -> Sequence:
     return sequence
 
 
+def _foot_moves(live: LiveSession, digest: str) -> tuple[CommandedFootMove, ...]:
+    return live.walks.foot_moves_in(digest) or live.queues.foot_moves_in(digest)
+
+
 def _starts_from(lineage: Lineage, digest: str) -> Literal["plan", "file", "rover"]:
     state = lineage.live.state
     first = state.before_edits(digest)
@@ -234,7 +239,7 @@ def sequence_body(lineage: Lineage, digest: str, response: Response) -> Sequence
         "parents": dict(sequence.provenance.parents),
         "starts_from": _starts_from(lineage, digest),
         "way": lineage.live.executions.way_of(digest),
-        "foot_moves": [cast(FootMoveRows, asdict(one)) for one in lineage.live.walks.foot_moves_in(digest)],
+        "foot_moves": [cast(FootMoveRows, asdict(one)) for one in _foot_moves(lineage.live, digest)],
         "current": digest == lineage.head,
         "can_undo": digest == lineage.head and lineage.head != lineage.root,
     }

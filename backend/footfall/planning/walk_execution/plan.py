@@ -1,6 +1,6 @@
 """A planned walk becomes executions: foot move by foot move, each from where the one before is predicted to rest."""
 
-from collections.abc import Iterable, Iterator
+from collections.abc import Callable, Iterable, Iterator, Sequence
 from dataclasses import replace
 
 from numpy.typing import ArrayLike
@@ -8,7 +8,7 @@ from numpy.typing import ArrayLike
 from footfall.core.errors import InvalidInput
 from footfall.core.progress import Progress, no_progress, part
 from footfall.core.value import Provenance
-from footfall.planning.answers import Check, No, Status
+from footfall.planning.answers import Check, No, Status, least_of
 from footfall.planning.body.move import BodyMovePlan
 from footfall.planning.compliance.compliant_rover import RestingRover
 from footfall.planning.execution.begin import REACH_OUT, Beginning, beginning, require_fit
@@ -73,17 +73,9 @@ def plan_walk_execution(
     asked = _asked(walk, first, count)
     require_fit(robot, state, walk.parents)
     parents = {"walk": walk.digest, "state": state.digest, "dem": dem.digest, "robot": robot.digest}
-    way = _Way(robot, dem, state, commanded, settings, Provenance(parents, settings), walk)
-    done: list[FootMoveExecution] = []
-    for i, (number, parts) in enumerate(asked):
-        now = part(progress, i / len(asked), (i + 1) / len(asked))
-        called = part_name(number, walk.foot_moves)
-        found = way.foot_move(number, called, parts, _saying(called, now))
-        if isinstance(found, No):
-            return way.result(found.status, done, number, found.reason, found.checks)
-        done.append(found)
-    progress(1.0, "done")
-    return way.result(Status.FOUND, done, None, "", least_of(way.checks))
+    provenance = Provenance(parents, settings)
+    way = HeldWay(robot, dem, state, commanded, settings, provenance, lambda number: stay(walk, number))
+    return way.foot_moves(asked, lambda number: part_name(number, walk.foot_moves), progress)
 
 
 def foot_moves_of(walk: WalkPlan) -> tuple[tuple[Part, ...], ...]:
@@ -98,18 +90,8 @@ def foot_moves_of(walk: WalkPlan) -> tuple[tuple[Part, ...], ...]:
     return (*moves, now)
 
 
-def least_of(checks: Iterable[Check]) -> tuple[Check, ...]:
-    """Of each check, by its name, the one with the least margin."""
-    least: dict[str, Check] = {}
-    for check in checks:
-        known = least.get(check.name)
-        if known is None or not known.margin <= check.margin:
-            least[check.name] = check
-    return tuple(least.values())
-
-
-class _Way:
-    """The rover on its way, at rest between the parts of a walk."""
+class HeldWay:
+    """A rover that gives way on its way, at rest between the parts of a walk or a queue."""
 
     def __init__(
         self,
@@ -119,13 +101,40 @@ class _Way:
         commanded: ArrayLike | None,
         settings: ExecutionSettings,
         provenance: Provenance,
-        walk: WalkPlan,
+        stay: Callable[[int], BodyMovePlan],
     ) -> None:
-        self.walk = walk
+        """stay: before foot move ``number``, a move of the chassis to where it is, so that only forces shift."""
+        self._stay = stay
         self.robot, self.dem, self.settings, self.provenance = robot, dem, settings, provenance
         self.state, self._commanded = state, commanded
         self.rest: RestingRover | None = None
         self.checks: list[Check] = []
+
+    def foot_moves(
+        self, asked: Sequence[tuple[int, tuple[Part, ...]]], name: Callable[[int], str], progress: Progress
+    ) -> WalkExecutionResult:
+        """The executions of some foot moves, by number and parts; up to the first that fails.
+
+        Args:
+            asked: number and parts of each.
+            name: of a foot move, by its number, for a person.
+            progress: called with a fraction 0…1 and a text; may raise Cancelled.
+
+        Returns:
+            The answer.
+
+        Raises:
+            Cancelled: ``progress`` raised it.
+        """
+        done: list[FootMoveExecution] = []
+        for i, (number, parts) in enumerate(asked):
+            called, now = name(number), part(progress, i / len(asked), (i + 1) / len(asked))
+            found = self.foot_move(number, called, parts, _saying(called, now))
+            if isinstance(found, No):
+                return self._result(found.status, done, number, found.reason, found.checks)
+            done.append(found)
+        progress(1.0, "done")
+        return self._result(Status.FOUND, done, None, "", least_of(self.checks))
 
     def foot_move(self, number: int, called: str, parts: Iterable[Part], progress: Progress) -> FootMoveExecution | No:
         """The executions of a foot move, all of whose checks hold, or why there are none.
@@ -137,7 +146,7 @@ class _Way:
         first = self._with_forces(number, called, parts, NEAREST, progress)
         if not isinstance(first, No) or first.status is not Status.NO_PATH:
             return first
-        begun = parts if isinstance(parts[0], BodyMovePlan) else (stay(self.walk, number), *parts)
+        begun = parts if isinstance(parts[0], BodyMovePlan) else (self._stay(number), *parts)
         for end in ENDS[1:]:
             self.state, self.rest, self.checks = before[0], before[1], list(before[2])
             found = self._with_forces(number, called, begun, end, progress)
@@ -161,7 +170,7 @@ class _Way:
                 body = found
         return FootMoveExecution(number, body, step)
 
-    def result(
+    def _result(
         self,
         status: Status,
         done: list[FootMoveExecution],
@@ -177,7 +186,7 @@ class _Way:
         motion = plan.motion
         away = off_walk(self.robot, self.state, motion.waypoints[0], motion.Ts_site_base[0])
         if away:
-            return No(Status.START_INVALID, f"{away}; plan a walk from there")
+            return No(Status.START_INVALID, f"{away}; plan anew from there")
         # the rest that the part before ended in; of the first part the measured one
         began = beginning(self.robot, self.dem, self.state, self.settings, self._commanded, REACH_OUT, self.rest)
         if isinstance(began, No):

@@ -57,7 +57,7 @@ class ChoiceAnswer(TypedDict):
     """A choice that can be taken back or made again: `choice` is the number of its event, `by` who made it."""
 
     choice: int
-    kind: Annotated[str, OneOf(lambda: ("footfall", "points", "plan", "edit", "stiffness"))]
+    kind: Annotated[str, OneOf(lambda: ("footfall", "points", "plan", "queue", "edit", "stiffness"))]
     leg: int | None
     by: str
 

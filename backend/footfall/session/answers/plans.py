@@ -63,7 +63,7 @@ class EndAnswer(TypedDict):
     """Something with a predicted end. `sags`: whether it knows how the rover gives way, or takes it as rigid."""
 
     digest: DigestText
-    of: Annotated[str, OneOf(lambda: ("plan", "execution", "commands"))]
+    of: Annotated[str, OneOf(lambda: ("plan", "execution", "queue", "commands"))]
     sags: bool
 
 

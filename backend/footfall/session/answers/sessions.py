@@ -18,6 +18,7 @@ from footfall.session.answers.plans import (
     ToCommand,
     WayAnswer,
 )
+from footfall.session.answers.queues import QueueAnswer
 from footfall.session.answers.walks import WalkingAnswer
 from footfall.session.products.kinds import KINDS
 from footfall.session.view import ViewState
@@ -118,6 +119,7 @@ class SessionAnswer(TypedDict):
     redo: ChoiceAnswer | None
     plan: PlanInSummary
     execution: ExecutionInSummary
+    queue: QueueAnswer | None
     joint_scale: float
     way_of_commands: WayAnswer
     sequence: DigestText | None

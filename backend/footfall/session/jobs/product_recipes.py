@@ -97,7 +97,7 @@ def plan(parents: Mapping[str, Any], settings: StepRequest, progress: Progress) 
 
 
 def after(parents: Mapping[str, Any], settings: None, progress: Progress) -> Value:
-    """robot, dem, state that it starts from, and a plan (a PlanResult with a plan), execution or sequence.
+    """robot, dem, state that it starts from, and a plan (a result that has one), execution or sequence.
 
     Makes a PredictedState.
     """
@@ -109,8 +109,9 @@ def after(parents: Mapping[str, Any], settings: None, progress: Progress) -> Val
         done = _execution_of(parents["execution"])
         return state_after(robot, dem, state, done.predicted[-1], done.Ts_site_base[-1], parents["execution"].digest)
     if sequence is None:
-        plan = _plan_of(parents["plan"])
-        return state_after(robot, dem, state, plan.waypoints[-1], plan.T_site_base, parents["plan"].digest)
+        motion = _plan_of(parents["plan"]).motion
+        end = motion.waypoints[-1], motion.Ts_site_base[-1]
+        return state_after(robot, dem, state, *end, parents["plan"].digest)
     if not sequence.commands:
         raise InvalidInput("the sequence has no commands, so nothing comes after it")
     return state_after(robot, dem, state, sequence.predicted[-1], sequence.poses[-1], sequence.digest)
@@ -143,6 +144,26 @@ def held_move(parents: Mapping[str, Any], settings: ExecutionRequest, progress: 
     robot, dem, state = (parents[name] for name in ("robot", "dem", "state"))
     move = _plan_of(parents["plan"])
     return plan_body_execution(robot, dem, state, move, settings.settings, settings.set_points, progress)
+
+
+def queue(parents: Mapping[str, Any], settings: None, progress: Progress) -> Value:
+    """robot, dem, state that it starts from, plan (a result of a step, move or shift) and, where there is one, the
+    queue so far → QueueResult.
+    """
+    from footfall.planning.queue.join import queued
+
+    robot, dem, state = (parents[name] for name in ("robot", "dem", "state"))
+    before = _plan_of(parents["queue"]) if "queue" in parents else None
+    return queued(robot, dem, state, parents["plan"], before)
+
+
+def held_queue(parents: Mapping[str, Any], settings: ExecutionRequest, progress: Progress) -> Value:
+    """robot, dem, state, plan (a QueueResult); ExecutionRequest → WalkExecutionResult."""
+    from footfall.planning.walk_execution.queue_plan import plan_queue_execution
+
+    robot, dem, state = (parents[name] for name in ("robot", "dem", "state"))
+    queue = _plan_of(parents["plan"])
+    return plan_queue_execution(robot, dem, state, queue, settings.settings, settings.set_points, progress)
 
 
 def shift(parents: Mapping[str, Any], settings: ShiftRequest, progress: Progress) -> Value:
@@ -229,7 +250,7 @@ def described_walk(parents: Mapping[str, Any], settings: DescribedWalkRequest, p
 
 
 def sequence(parents: Mapping[str, Any], settings: None, progress: Progress) -> Value:
-    """robot, dem, plan (a result that has one: of a step, chassis move, shift or walk) or execution → Sequence."""
+    """robot, dem, plan (a result that has one: step, chassis move, shift, queue or walk) or execution → Sequence."""
     from footfall.planning.legged.problem import LeggedResult
     from footfall.sequence.make import make_sequence
     from footfall.sequence.of_legged import make_legged_sequence

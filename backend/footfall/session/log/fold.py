@@ -20,6 +20,7 @@ from footfall.session.log.fold_commands import (
     StopRecord,
     closed_without_an_end,
 )
+from footfall.session.log.fold_queue import queued, shortened
 from footfall.session.log.records import ExportRecord, LeadPoints, Note, PlanRecord, ProductRecord
 from footfall.session.products.kinds import COMMANDED, EDIT, IMPORT, KINDS, Becomes, Kind
 
@@ -32,6 +33,7 @@ class SessionState(Value):
     maps: leg (as text) → digest of its latest map stack.
     execution: the latest answer of how to execute ``plan``; None after another plan came.
     alternatives: the plans that ``plan`` was chosen from, itself among them; empty where there is nothing to choose.
+    queue: the latest answer that has the queue of steps and moves; None where that is empty.
     told_state: ``state`` as it was told, before it was moved onto the map.
     what_if: the state that ``state`` was shifted from, where that is what would be if the chassis stood elsewhere; None
         where ``state`` is how the rover stands.
@@ -62,6 +64,7 @@ class SessionState(Value):
     execution: str | None = None
     execution_status: str | None = None
     execution_reason: str = ""
+    queue: str | None = field(default=None, metadata=LATER)
     told_state: str | None = None
     what_if: str | None = None
     terrain_history: tuple[str, ...] = ()
@@ -84,7 +87,12 @@ class SessionState(Value):
 
     def newest(self, kind: Kind) -> str | None:
         """Digest of the present product of a kind; None where there is none."""
-        own = {Becomes.PLAN: self.plan, Becomes.EXECUTION: self.execution, Becomes.COMMANDS: self.sequence}
+        own = {
+            Becomes.PLAN: self.plan,
+            Becomes.EXECUTION: self.execution,
+            Becomes.QUEUE: self.queue,
+            Becomes.COMMANDS: self.sequence,
+        }
         return own[kind.becomes] if kind.becomes in own else self.latest.get(kind.name)
 
     def kind_of(self, digest: str) -> Kind | None:
@@ -229,6 +237,10 @@ def _executed(state: SessionState, event: Event, payload: Payload, digest: str) 
     return replace(state, execution=digest, **told)
 
 
+def _queued(state: SessionState, event: Event, payload: Payload, digest: str) -> SessionState:
+    return replace(state, **queued(state, event, payload, digest))
+
+
 def _as_if(state: SessionState, event: Event, payload: Payload, digest: str) -> SessionState:
     return replace(state, state=digest, what_if=payload["parents"]["state"])
 
@@ -334,6 +346,7 @@ _BECOMES: Mapping[Becomes, Callable[[SessionState, Event, Payload, str], Session
     Becomes.MAPS: _mapped,
     Becomes.PLAN: _planned,
     Becomes.EXECUTION: _executed,
+    Becomes.QUEUE: _queued,
     Becomes.AS_IF: _as_if,
     Becomes.AS_IF_AFTER: _as_if_after,
     Becomes.COMMANDS: _commanded,
@@ -361,6 +374,7 @@ _FOLDS: dict[str, Callable[[SessionState, Event, Payload], SessionState]] = {
     "stiffness_taken_over": _stiffness_taken_over,
     "product": _product,
     "plan_chosen": _plan_chosen,
+    "queue_shortened": partial(_changed, shortened),
     "job_failed": _unchanged,
     "walk_decided": _unchanged,
     "way_chosen": _unchanged,

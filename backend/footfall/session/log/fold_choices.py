@@ -19,6 +19,7 @@ FIELDS: Mapping[str, tuple[str, ...]] = {
     "points": ("points",),
     "plan": ("plan", "plan_status", "plan_reason", "execution", "execution_status", "execution_reason"),
     "edit": ("sequence",),
+    "queue": ("queue",),
     "stiffness": ("joint_scale",),
 }
 """Kind of a choice → what it changes of a session's state."""

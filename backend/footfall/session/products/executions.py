@@ -10,6 +10,8 @@ from footfall.core.errors import Conflict, InvalidInput, NotFound
 from footfall.planning.answers import Status
 from footfall.planning.execution.execution_settings import MODES, ExecutionSettings
 from footfall.planning.execution.problem import BodyExecutionResult, ExecutionResult
+from footfall.planning.queue.problem import PlanQueue
+from footfall.planning.walk_execution.problem import WalkExecutionResult
 from footfall.sequence.commands import Sequence
 from footfall.session.answers.plans import WayMode, WayOfCommands
 from footfall.session.core import SessionCore, present
@@ -17,7 +19,17 @@ from footfall.session.jobs.job import Job
 from footfall.session.jobs.requests import ExecutionRequest, FootMovesRequest
 from footfall.session.log.fold_commands import CommandRecord
 from footfall.session.log.records import ProductRecord
-from footfall.session.products.kinds import BODY_MOVE, EXECUTION, HELD_MOVE, KINDS, PLAN
+from footfall.session.products.kinds import (
+    BODY_MOVE,
+    EXECUTION,
+    GROUND,
+    HELD_MOVE,
+    HELD_QUEUE,
+    KINDS,
+    PLAN,
+    QUEUE,
+    Kind,
+)
 from footfall.session.products.plans import StepPlans
 from footfall.session.products.sag import Calibration, MeasuredSag, Sag, calibration_of, sag_of
 from footfall.session.products.terrains import SHORT_JOB
@@ -34,6 +46,12 @@ SAG_UNKNOWN = (
     "neither telemetry nor the state that is planned from tells what the joints bear, so how the rover sags is not "
     "known: they are commanded as planned; touch-down is not predicted"
 )
+
+_NAMED = {
+    EXECUTION.name: ("step", "its touch-down"),
+    HELD_QUEUE.name: ("queue", "where feet touch down"),
+}
+"""Kind of an execution → what it is of, and what is not predicted without it."""
 
 SAG_OF_DESCRIBED = (
     "how robots that others described sag is in no model: they are commanded as planned; touch-down is not predicted"
@@ -91,8 +109,8 @@ class Executions:
         return None
 
     def executed(self, plan: str, settings: ExecutionSettings | None = None) -> str:
-        """The execution of a planned step or move of the chassis, made unless the present one was asked for with the
-        same; its digest.
+        """The execution of a planned step, move of the chassis or queue, made unless the present one was
+        asked for with the same; its digest.
 
         Raises InvalidInput where it can't be commanded so.
         """
@@ -101,13 +119,13 @@ class Executions:
         there = self._core.state.newest(kind)
         known = None if there is None else self._core.state.products[there]
         if there is None or known is None or known.parents["plan"] != plan or known.settings != request.digest:
-            there = self._core.product_jobs.submit(kind, {**made.parents, "plan": plan}, request, urgent=True).finish(
-                SHORT_JOB
-            )
+            job = self._core.product_jobs.submit(kind, _with_plan(made, plan), request, urgent=True)
+            there = job.finish(SHORT_JOB * self._entries(plan))
         found = self._core.get(there)
-        if isinstance(found, (ExecutionResult, BodyExecutionResult)) and found.status is not Status.FOUND:
+        answers = ExecutionResult, BodyExecutionResult, WalkExecutionResult
+        if isinstance(found, answers) and found.status is not Status.FOUND:
             mode = MODES[request.settings.mode][0]
-            what, blind = ("step", "its touch-down") if kind is EXECUTION else ("move", "where the chassis ends")
+            what, blind = _NAMED.get(kind.name, ("move", "where the chassis ends"))
             other = "or take another mode, " if kind is EXECUTION else ""
             raise InvalidInput(
                 f"the {what} can't be commanded {mode}: {found.reason}; {other}or ask for it as commanded: the rover "
@@ -116,6 +134,11 @@ class Executions:
                 mode=request.settings.mode,
             )
         return there
+
+    def _entries(self, plan: str) -> int:
+        """How many plans are executed with one: as many as a queue has."""
+        found = getattr(self._core.get(plan), "plan", None)
+        return len(found.entries) if isinstance(found, PlanQueue) else 1
 
     def plan(self, plan: str | None = None, settings: ExecutionSettings | None = None) -> Job:
         """What to command for a planned step (None: the present one), from the state that it was planned from.
@@ -134,21 +157,29 @@ class Executions:
         """What to command for a move of the chassis (None: the one planned last), with the pose held; settings as in
         :meth:`plan`. Raises Conflict where there is none, NotFound, InvalidInput for another mode.
         """
-        digest = plan or present(self._core.state.newest(BODY_MOVE), "there is no move of the chassis yet; plan one")
+        newest = self._core.state.newest(BODY_MOVE)
+        digest = plan or present(newest, "there is no move of the chassis yet; plan one")
+        return self._held(HELD_MOVE, digest, "move of the chassis", settings)
+
+    def plan_held_queue(self, plan: str | None = None, settings: ExecutionSettings | None = None) -> Job:
+        """What to command for a queue (None: the present one), with the pose held; as :meth:`plan_held_move`."""
+        digest = plan or present(self._core.state.queue, "there is no queue yet; put a plan into it")
+        return self._held(HELD_QUEUE, digest, "queue", settings)
+
+    def _held(self, kind: Kind, digest: str, called: str, settings: ExecutionSettings | None) -> Job:
         made = self._core.state.products.get(digest)
-        if made is None or KINDS[made.kind].executed_by != HELD_MOVE.name:
-            raise NotFound(f"the session holds no move of the chassis {digest}", digest=digest)
+        if made is None or KINDS[made.kind].executed_by != kind.name:
+            raise NotFound(f"the session holds no {called} {digest}", digest=digest)
         found = self._core.get(digest)
         if getattr(found, "plan", None) is None:
-            raise Conflict(f"no move of the chassis was found there: {getattr(found, 'reason', '')}")
-        return self._core.product_jobs.submit(
-            HELD_MOVE, {**made.parents, "plan": digest}, self._request(made, settings)
-        )
+            raise Conflict(f"no {called} was found there: {getattr(found, 'reason', '')}")
+        return self._core.product_jobs.submit(kind, _with_plan(made, digest), self._request(made, settings))
 
     def _request(self, made: ProductRecord, settings: ExecutionSettings | None) -> ExecutionRequest:
         if settings is not None and settings.mode != "pose_held" and made.kind != PLAN.name:
+            called = "a queue" if made.kind == QUEUE.name else "a move of the chassis"
             raise InvalidInput(
-                f"a move of the chassis can't be commanded {MODES[settings.mode][0]}: take the mode pose_held, or "
+                f"{called} can't be commanded {MODES[settings.mode][0]}: take the mode pose_held, or "
                 "ask for it as commanded",
                 mode=settings.mode,
             )
@@ -224,6 +255,11 @@ class Executions:
             payload = {"joint_scale": found.now, "was": found.was, "ratio": found.ratio, "steps": found.steps}
             self._core.folded_log.record("stiffness_taken_over", {**payload, "sequence": sag.sequence})
         return found
+
+
+def _with_plan(made: ProductRecord, plan: str) -> dict[str, str]:
+    """Parents of the execution of a plan that was made so."""
+    return {**{name: made.parents[name] for name in GROUND}, "plan": plan}
 
 
 def set_points_at(frame: TelemetryFrame | None, state: RobotState) -> NDArray[np.float64] | None:

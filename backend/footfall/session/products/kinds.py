@@ -195,6 +195,38 @@ HELD_MOVE = entered(
         looks_at=LooksAt.WAY,
     )
 )
+QUEUE = entered(
+    Kind(
+        name="queue",
+        makes="QueueResult",
+        request=None,
+        needs=(*GROUND, "plan"),
+        recipe=f"{_RECIPES}:queue",
+        loads="footfall.planning.queue.join",
+        becomes=Becomes.QUEUE,
+        given_as="plan",
+        from_the_rover=True,
+        watched=True,
+        executed_by="held_queue",
+        says_status=True,
+        offered="the queue",
+    )
+)
+HELD_QUEUE = entered(
+    Kind(
+        name="held_queue",
+        makes="WalkExecutionResult",
+        request="ExecutionRequest",
+        needs=(*GROUND, "plan"),
+        recipe=f"{_RECIPES}:held_queue",
+        loads="footfall.planning.walk_execution.queue_plan",
+        given_as="execution",
+        from_the_rover=True,
+        watched=True,
+        says_status=True,
+        offered="the queue",
+    )
+)
 WALK = entered(
     Kind(
         name="walk",

@@ -4,6 +4,7 @@ from collections.abc import Sequence as Listed
 
 from footfall.core.errors import Conflict, NotFound
 from footfall.planning.answers import Status
+from footfall.planning.queue.problem import QueueResult
 from footfall.planning.step.alternatives import KINDS, asked_otherwise
 from footfall.planning.step.problem import PlanResult, Point, StepPlan, StepSettings
 from footfall.session.answers.plans import EndAnswer, PlanListed
@@ -12,7 +13,7 @@ from footfall.session.core import SessionCore, present
 from footfall.session.jobs.job import Job
 from footfall.session.jobs.requests import StepRequest
 from footfall.session.log.records import ProductRecord
-from footfall.session.products.kinds import AFTER, EXECUTION, PLAN
+from footfall.session.products.kinds import AFTER, EXECUTION, PLAN, QUEUE
 from footfall.session.products.kinds import KINDS as PRODUCT_KINDS
 from footfall.session.products.maps import LegMaps
 from footfall.session.products.stances import Stances
@@ -140,23 +141,27 @@ class StepPlans:
         return max(able, key=lambda digest: made[digest])
 
     def end_answer(self, digest: str) -> EndAnswer:
-        """What ends there, as plain JSON: digest; of: "plan", "execution" or "commands"; sags: whether sag is in it."""
+        """What ends there, as plain JSON: digest; of: "plan", "execution", "queue" or "commands"; sags: whether sag is
+        in it.
+        """
         kind, behind = PRODUCT_KINDS[self._core.state.products[digest].kind], self._core.state.plan_behind(digest)
         sags = kind is EXECUTION or (behind is not None and PRODUCT_KINDS[behind.kind].given_as == EXECUTION.given_as)
         of = "commands" if kind.is_commands else kind.name
         return {"digest": digest, "of": of, "sags": sags}
 
     def go_on_after(self, digest: str) -> str:
-        """Plan from where a plan, execution or sequence of this session ends; returns the predicted state's digest.
+        """Plan from where a plan, execution, queue or sequence of this session ends; returns the predicted state.
 
         Until :meth:`.Stances.end_what_if` it is planned from there as in a what-if: nothing planned so can be sent
         before the rover stands there, the command gate sees to that. Raises Conflict, InvalidInput, NotFound.
         """
         kind = self._core.state.kind_of(digest)
-        if kind is None or not (kind in (PLAN, EXECUTION) or kind.is_commands):
+        if kind is None or not (kind in (PLAN, EXECUTION, QUEUE) or kind.is_commands):
             raise NotFound(f"the session holds no plan and no sequence {digest}", digest=digest)
         if kind is PLAN:
             self.found(digest)
+        if kind is QUEUE and (refused := self._core.typed(QueueResult, digest)).plan is None:
+            raise Conflict(f"that plan does not follow the queue: {refused.reason}", status=refused.status.value)
         plan = self._core.state.plan_behind(digest) if kind.is_commands else self._core.state.products[digest]
         if plan is None:
             raise Conflict("the sequence goes back to no plan, so nothing is known of where it starts")

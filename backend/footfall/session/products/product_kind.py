@@ -23,6 +23,7 @@ class Becomes(Enum):
     EXECUTION = "the execution of the plan"
     AS_IF = "the state that is planned from, in a what-if"
     AS_IF_AFTER = "the state that is planned from, after what is planned"
+    QUEUE = "the queue, where its answer is one"
     COMMANDS = "the commands, not edited yet"
     EDITED = "the commands; undo goes back to those before"
     READ_IN = "as EDITED; where there were no commands, nothing is there to go back to"

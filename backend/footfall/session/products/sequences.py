@@ -23,10 +23,11 @@ class Sequences:
     def make(
         self, plan_digest: str | None = None, settings: ExecutionSettings | None = None, *, as_commanded: bool = False
     ) -> str:
-        """Commands of a planned step, its execution, a move of the chassis or a walk (None: the present step's).
+        """Commands of a planned step, its execution, a move of the chassis, a queue or a walk (None: the present
+        step's).
 
         Returns their digest. A step is commanded as ``settings`` say (None: with the pose held), and a move of the
-        chassis with the pose held, sag predicted, where that is known: see :meth:`.Executions.way_of_commands`.
+        chassis or a queue with the pose held, sag predicted, where that is known (:meth:`.Executions.way_of_commands`).
         as_commanded: as it was planned, whether or not the rover sags; where it ends is then not predicted. Raises
         Conflict, InvalidInput, NotFound.
         """

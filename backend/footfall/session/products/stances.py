@@ -78,9 +78,17 @@ class Stances:
         request = ShiftRequest(chosen, settings or FindShiftSettings())
         return self.ask(SHIFT, request, leg=leg)
 
-    def plan_body_move(self, shift: BodyShift, settings: BodyMoveSettings | None = None) -> Job:
-        """Plan a move of the chassis over its standing feet, from how the rover stands. Raises Conflict."""
-        return self.ask(BODY_MOVE, BodyMoveRequest(shift, settings or BodyMoveSettings()))
+    def plan_body_move(
+        self, shift: BodyShift, settings: BodyMoveSettings | None = None, *, as_planned_from: bool = False
+    ) -> Job:
+        """Plan a move of the chassis over its standing feet, from how the rover stands. Raises Conflict.
+
+        as_planned_from: from the state that is planned from instead, as where a queue is predicted to end.
+        """
+        request = BodyMoveRequest(shift, settings or BodyMoveSettings())
+        if not as_planned_from:
+            return self.ask(BODY_MOVE, request)
+        return self._core.product_jobs.submit(BODY_MOVE, self.ground(), request)
 
     def standing(self) -> dict[str, str]:
         """As :meth:`ground`, with the rover as it stands also in a what-if."""

@@ -184,7 +184,9 @@ class Present:
         if self.stands is None:
             return Fit(False, "nothing is known of how the rover stands")
         tolerance = MEASURED if kind.for_cells else SENT
-        if self.what_if is not None and self.counts_from is not None and not kind.from_the_rover:
+        # a move may be planned from a predicted end; commands are the rover's, wherever they begin
+        from_there = not kind.from_the_rover or (predicted and not kind.is_commands)
+        if self.what_if is not None and self.counts_from is not None and from_there:
             there = self._change(made_for, self.what_if, tolerance, kind.of_chassis)
             if not there:
                 moved = self._change(self.counts_from, self.stands, MEASURED)
