@@ -113,3 +113,10 @@ class QueueResult(Value):
     def check(self) -> None:
         """Raises InvalidInput where a queue comes without the status for it, or is missing."""
         require_answer(self.status, self.plan)
+
+
+def entries_in_words(numbers: tuple[int, ...]) -> str:
+    """Entries of a queue by their numbers, 0…, for a person, who counts from 1."""
+    if len(numbers) == 1:
+        return f"entry {numbers[0] + 1}"
+    return f"entries {numbers[0] + 1}–{numbers[-1] + 1}"

@@ -11,7 +11,7 @@ from footfall.planning.body.body_shift import BodyShift
 from footfall.planning.body.move import BodyMovePlan
 from footfall.planning.execution.begin import require_fit
 from footfall.planning.execution.execution_settings import HELD, ExecutionSettings
-from footfall.planning.queue.problem import PlanQueue
+from footfall.planning.queue.problem import PlanQueue, entries_in_words
 from footfall.planning.walk_execution.plan import HeldWay, Part
 from footfall.planning.walk_execution.problem import WalkExecutionResult
 from footfall.robot.model import Robot
@@ -61,13 +61,6 @@ def plan_queue_execution(
     way = HeldWay(robot, dem, state, commanded, settings, Provenance(parents, settings), stay)
     asked = [(i, tuple(queue.entries[at].plan for at in group)) for i, group in enumerate(groups)]
     return way.foot_moves(asked, lambda number: entries_in_words(groups[number]), progress)
-
-
-def entries_in_words(numbers: tuple[int, ...]) -> str:
-    """Entries of a queue by their numbers, 0…, for a person, who counts from 1."""
-    if len(numbers) == 1:
-        return f"entry {numbers[0] + 1}"
-    return f"entries {numbers[0] + 1}–{numbers[-1] + 1}"
 
 
 def _groups(queue: PlanQueue) -> list[tuple[int, ...]]:

@@ -20,7 +20,7 @@ from footfall.session.log.fold_commands import (
     StopRecord,
     closed_without_an_end,
 )
-from footfall.session.log.fold_queue import queued, shortened
+from footfall.session.log.fold_queue import joined, shortened
 from footfall.session.log.records import ExportRecord, LeadPoints, Note, PlanRecord, ProductRecord
 from footfall.session.products.kinds import COMMANDED, EDIT, IMPORT, KINDS, Becomes, Kind
 
@@ -238,7 +238,16 @@ def _executed(state: SessionState, event: Event, payload: Payload, digest: str) 
 
 
 def _queued(state: SessionState, event: Event, payload: Payload, digest: str) -> SessionState:
-    return replace(state, **queued(state, event, payload, digest))
+    return _with_queue(state, event, joined(state.queue, payload, digest))
+
+
+def _queue_shortened(state: SessionState, event: Event, payload: Payload) -> SessionState:
+    return _with_queue(state, event, shortened(state.products, state.queue, payload["digest"]))
+
+
+def _with_queue(state: SessionState, event: Event, queue: str | None) -> SessionState:
+    after = replace(state, queue=queue)
+    return replace(after, **chosen(state, after, event, "queue"))
 
 
 def _as_if(state: SessionState, event: Event, payload: Payload, digest: str) -> SessionState:
@@ -374,7 +383,7 @@ _FOLDS: dict[str, Callable[[SessionState, Event, Payload], SessionState]] = {
     "stiffness_taken_over": _stiffness_taken_over,
     "product": _product,
     "plan_chosen": _plan_chosen,
-    "queue_shortened": partial(_changed, shortened),
+    "queue_shortened": _queue_shortened,
     "job_failed": _unchanged,
     "walk_decided": _unchanged,
     "way_chosen": _unchanged,

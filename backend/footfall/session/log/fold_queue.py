@@ -1,17 +1,10 @@
 """The queue of steps and moves of the chassis: what is put at its end, and taken from there."""
 
 from collections.abc import Mapping
-from dataclasses import replace
-from typing import TYPE_CHECKING, Any
+from typing import Any
 
 from footfall.planning.answers import Status
-from footfall.session.log.event import Event
-from footfall.session.log.fold_choices import chosen
-from footfall.session.log.fold_commands import Changes
 from footfall.session.log.records import ProductRecord
-
-if TYPE_CHECKING:
-    from footfall.session.log.fold import SessionState
 
 
 def queues_behind(products: Mapping[str, ProductRecord], queue: str | None) -> tuple[str | None, ...]:
@@ -22,18 +15,13 @@ def queues_behind(products: Mapping[str, ProductRecord], queue: str | None) -> t
     return tuple(found)
 
 
-def queued(state: "SessionState", event: Event, payload: Mapping[str, Any], digest: str) -> Changes:
-    """A plan follows the queue, or does not: then that stays as it is."""
-    return _with(state, event, digest) if payload["status"] == Status.FOUND.value else {}
+def joined(queue: str | None, payload: Mapping[str, Any], digest: str) -> str | None:
+    """The queue after an answer: that, where the plan follows the queue; else it stays as it is."""
+    return digest if payload["status"] == Status.FOUND.value else queue
 
 
-def shortened(state: "SessionState", event: Event, payload: Mapping[str, Any]) -> Changes:
-    """Entries are taken from the end. Raises ValueError where that does not leave what was there before them."""
-    left = payload["digest"]
-    if left not in queues_behind(state.products, state.queue)[1:]:
+def shortened(products: Mapping[str, ProductRecord], queue: str | None, left: str | None) -> str | None:
+    """What is left. Raises ValueError where the queue was never that, or is it already."""
+    if left not in queues_behind(products, queue)[1:]:
         raise ValueError("it shortens a queue to one that was not before")
-    return _with(state, event, left)
-
-
-def _with(state: "SessionState", event: Event, queue: str | None) -> Changes:
-    return {"queue": queue, **chosen(state, replace(state, queue=queue), event, "queue")}
+    return left

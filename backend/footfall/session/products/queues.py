@@ -3,11 +3,9 @@
 import itertools
 
 from footfall.core.errors import Conflict, InvalidInput, NotFound
-from footfall.planning.queue.problem import PlanQueue, QueueResult
-from footfall.planning.walk_execution.queue_plan import entries_in_words
+from footfall.planning.queue.problem import PlanQueue, QueueResult, entries_in_words
 from footfall.sequence.commands import Sequence
 from footfall.sequence.foot_moves import foot_moves
-from footfall.sequence.predict import needed_duration
 from footfall.sequence.rest import predicted_rest
 from footfall.sequence.sequence_settings import SequenceSettings
 from footfall.session.access.acting import said_by
@@ -77,6 +75,9 @@ class Queues:
         digest = self._core.state.queue
         if digest is None:
             return None
+        # names what computes only where there is a queue
+        from footfall.sequence.predict import needed_duration
+
         plan, limits = self._plan(digest), self._core.robot.speed_limits * SequenceSettings().speed_fraction
         before = queues_behind(self._core.state.products, digest)[1:][::-1]
         entries: list[QueuedAnswer] = []
