@@ -3,6 +3,7 @@
 import { act } from "../acts.js";
 import { post } from "../api.js";
 import { $, attempt, toast } from "../dom.js";
+import { steadyMode } from "../steadymode.js";
 import { askToStop, isNothingToStop, keepLineOpen } from "../stopline.js";
 import { stopIsConfirmed, stopIsUnconfirmed, stopIsWished } from "../stopwish.js";
 import { alive, known, silent, subscribe, telemetryAge } from "../store.js";
@@ -107,7 +108,7 @@ function drawLink(summary, frame) {
   $("status-link").title = linkDetails(link);
   // what the rover was when it was last heard is not what it is
   const fresh = frame && isFresh(summary, frame);
-  const mode = fresh ? steadyMode(summary, frame) : frame?.mode;
+  const mode = fresh ? modeTold(summary, frame) : frame?.mode;
   mark("status-mode", !frame ? "none" : fresh ? MODES[mode] ?? "none" : "stale", !frame ? "–" : fresh ? mode : texts.was(mode));
 }
 
@@ -129,14 +130,11 @@ function onItsWay(summary, type) {
 
 const MODES = { moving: "busy", stopped: "bad", fault: "bad" };
 
-const BETWEEN = 2000; // ms
 let movedAt = -Infinity;
 
-// Between two rows of a run the rover is idle for a moment: that is told only where it lasts.
-function steadyMode({ gate }, { mode }) {
+function modeTold({ gate }, { mode }) {
   if (mode === "moving") movedAt = performance.now();
-  const between = mode === "idle" && gate.state === "sending" && !gate.waiting && performance.now() - movedAt < BETWEEN;
-  return between ? "moving" : mode;
+  return steadyMode(mode, gate, performance.now() - movedAt);
 }
 
 const isFresh = (summary, frame) => summary.link.connected && telemetryAge(frame) <= STALE_AFTER;
