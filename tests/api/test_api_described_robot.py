@@ -85,6 +85,22 @@ def test_a_session_is_about_it(server, rest, step):
     assert "others described" in told["way_of_commands"]["reason"]
 
 
+def test_its_legs_and_joints_are_told_as_far_as_anybody_says(server, rest):
+    told, (_, robot) = rest.get("/robot").json(), robot_of(LEGS)
+    assert (told["name"], told["digest"]) == (robot.name, robot.digest)
+    assert (told["athletes_build"], told["legs"]) == (False, LEGS)
+    assert told["leg_names"] == list(robot.leg_names)
+    assert told["joint_names"] == list(robot.joint_names)
+    assert told["leg_joints"] == [[3 * leg, 3 * leg + 1, 3 * leg + 2] for leg in range(LEGS)]
+    assert set(told["joint_units"]) == {"rad"}
+    assert (told["lower"], told["upper"]) == (robot.lower.tolist(), robot.upper.tolist())
+    assert told["torque_limits"] == [60.0] * 18
+    assert told["foot_radii"] == [0.02] * LEGS
+    assert told["mass"] == robot.mass
+    unsaid = {name for name, one in told.items() if one is None or one in ([], {})}
+    assert unsaid == {"wheel_radius", "stiffness", "leg_lengths", "T_base_hips", "postures", "cameras", "assumed"}
+
+
 def test_maps_are_green_where_a_step_leads(server, rest, step):
     made = finished(rest, rest.post(f"{SESSION}/maps", json={"leg": MOVED}))
     live = server.sessions.current
@@ -141,7 +157,6 @@ def test_what_is_athletes_alone_is_refused_by_name(rest, step):
     edit = {"kind": "set", "row": 0, "command": {"name": "WAIT", "duration": 1.0}}
     edited = problem(rest.patch(address, json={"edit": edit}, headers=tag), 422, "invalid-input")
     assert "change the file and read it in" in edited["detail"]
-    assert "ATHLETE's legs alone" in rest.get("/robot").json()["detail"]
     loop = rest.post(f"{SESSION}/walk-loop", json={"goal": {"x": 0.2, "y": 0.0}})
     assert "ATHLETE's legs alone" in problem(loop, 422, "invalid-input")["detail"]
     pairs = rest.post(f"{SESSION}/images", json={})

@@ -11,6 +11,7 @@ import pytest
 from footfall.api.bodies.jsonable import dumps, jsonable
 from footfall.io.image_files import decode_image
 from tests.support.problems import problem
+from tests.support.server import running_server
 
 
 def test_unknown_numbers_become_null():
@@ -24,6 +25,22 @@ def test_robot(client):
     assert robot["name"] == "athlete"
     assert len(robot["joint_names"]) == len(robot["lower"]) == 6 * robot["legs"] == 36
     assert all(low < high for low, high in zip(robot["lower"], robot["upper"], strict=True))
+    assert robot["athletes_build"]
+    assert robot["leg_joints"][5] == [30, 31, 32, 33, 34, 35]
+    assert robot["joint_units"] == ["rad"] * 36
+    assert robot["foot_radii"] == [robot["wheel_radius"]] * 6
+
+
+def test_robot_whose_joints_slide_and_turn_without_end(tmp_path):
+    def prepare(sessions) -> None:
+        sessions.create("ambler", "ambler")
+
+    with running_server(tmp_path, prepare=prepare) as running, running.client() as client:
+        robot = client.get("/robot").json()
+    assert robot["joint_units"] == ["rad", "m", "m"] * 6
+    assert (robot["lower"][0], robot["upper"][0]) == (None, None)
+    assert all(low < high for low, high in zip(robot["lower"][1:3], robot["upper"][1:3], strict=True))
+    assert robot["foot_radii"] == [0.0] * 6
 
 
 def test_info_says_that_there_is_no_scene(server, client):
