@@ -83,6 +83,11 @@ def test_a_session_is_about_it(server, rest, step):
     assert told["described_step"] == step["digest"]
     assert told["way_of_commands"]["mode"] == "rigid"
     assert "others described" in told["way_of_commands"]["reason"]
+    assert told["played"] == step["digest"]
+    offered = told["to_command"]
+    assert (offered["kind"], offered["plan"], offered["leg"]) == ("described_step", step["digest"], MOVED)
+    assert offered["text"] == f"leg {MOVED}"
+    assert (told["planned_for"]["footfall"]["leg"], told["planned_for"]["goal"]) == (MOVED, None)
 
 
 def test_its_legs_and_joints_are_told_as_far_as_anybody_says(server, rest):
@@ -97,6 +102,10 @@ def test_its_legs_and_joints_are_told_as_far_as_anybody_says(server, rest):
     assert told["torque_limits"] == [60.0] * 18
     assert told["foot_radii"] == [0.02] * LEGS
     assert told["mass"] == robot.mass
+    assert told["planned_by"] == {
+        "step": {"kind": "described_step", "folder": "described-steps"},
+        "walk": {"kind": "described_walk", "folder": "described-walks"},
+    }
     unsaid = {name for name, one in told.items() if one is None or one in ([], {})}
     assert unsaid == {"wheel_radius", "stiffness", "leg_lengths", "T_base_hips", "postures", "cameras", "assumed"}
 
@@ -157,6 +166,11 @@ def test_what_is_athletes_alone_is_refused_by_name(rest, step):
     edit = {"kind": "set", "row": 0, "command": {"name": "WAIT", "duration": 1.0}}
     edited = problem(rest.patch(address, json={"edit": edit}, headers=tag), 422, "invalid-input")
     assert "change the file and read it in" in edited["detail"]
+    footfall = {"leg": MOVED, "x": 0.3, "y": 0.2}
+    assert rest.post(f"{SESSION}/footfalls", json=footfall).status_code == 200
+    held = rest.put(f"{SESSION}/hand", json={"what": "footfall", "index": 0}).json()["hand"]
+    assert f"leg {MOVED} at" in held["read"]["text"]
+    assert rest.delete(f"{SESSION}/hand").status_code == 200
     loop = rest.post(f"{SESSION}/walk-loop", json={"goal": {"x": 0.2, "y": 0.0}})
     assert "ATHLETE's legs alone" in problem(loop, 422, "invalid-input")["detail"]
     pairs = rest.post(f"{SESSION}/images", json={})
@@ -214,7 +228,16 @@ def test_the_rover_makes_the_step_walks_and_stops_and_all_of_it_replays(server, 
     walk = result(rest, finished(rest, rest.post(f"{SESSION}/described-walks", json=order)))
     assert walk["status"] == "found", walk["reason"]
     assert len(walk["plan"]["moves"]) >= LEGS
+    now = rest.get(SESSION).json()
+    assert now["played"] == now["to_command"]["plan"] == walk["digest"]
+    assert (now["to_command"]["text"], now["to_command"]["leg"]) == ("the walk", None)
+    assert now["planned_for"]["goal"] == {**order["goal"], "yaw": None}
+    assert now["commands_carried_out"]
+    assert now["plan_matches_rover"]["ok"], now["plan_matches_rover"]
     commands, address = _made(rest, walk["digest"])
+    now = rest.get(SESSION).json()
+    assert now["played"] == commands["digest"]
+    assert not now["commands_of_another_plan"]
     token = rest.post(f"{address}/arm").json()["token"]
     assert rest.post(f"{address}/send", json={"arming": token}).status_code == 202
     until(lambda: rest.get(f"{SESSION}/telemetry").json()["mode"] == "moving", "the walk")

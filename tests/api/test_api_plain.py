@@ -29,6 +29,10 @@ def test_robot(client):
     assert robot["leg_joints"][5] == [30, 31, 32, 33, 34, 35]
     assert robot["joint_units"] == ["rad"] * 36
     assert robot["foot_radii"] == [robot["wheel_radius"]] * 6
+    assert robot["planned_by"] == {
+        "step": {"kind": "plan", "folder": "plans"},
+        "walk": {"kind": "walk", "folder": "walks"},
+    }
 
 
 def test_robot_whose_joints_slide_and_turn_without_end(tmp_path):

@@ -7,7 +7,7 @@ from footfall.session.answers.plans import ToCommand
 from footfall.session.log.event import Event
 from footfall.session.log.fold import SessionState
 from footfall.session.log.fold_queue import queues_behind
-from footfall.session.products.kinds import COMMANDED, EXECUTION, KINDS, PLAN, QUEUE
+from footfall.session.products.kinds import COMMANDED, EXECUTION, KINDS, QUEUE
 
 
 def carried_out(state: SessionState, rows_of: Callable[[str], int]) -> dict[str, float]:
@@ -54,13 +54,14 @@ def planned_behind(state: SessionState, sequence: str) -> str:
 def to_command(
     state: SessionState, events: Iterable[Event], finished: Mapping[str, float], found: Callable[[str], bool]
 ) -> ToCommand | None:
-    """What commands are to be made of: the planned step, its execution, the move of the chassis or the queue that came
-    last, of those that can be carried out and were not; None where there is none.
+    """What commands are to be made of: the planned step, its execution, the move of the chassis, the queue, or the walk
+    that is commanded as a whole, that came last, of those that can be carried out and were not; None where there is
+    none.
 
     finished: as :func:`carried_out`. found: whether the answer of that digest is one that can be carried out; asked of
     answers whose status no event says. Answers with digest,
-    kind, step (the planned step that it is or is made of; None: a move), plan (the step or move that it is or is made
-    of), leg (None: all of them), and text, for a person.
+    kind, step (the planned step that it is or is made of; None: a move, a walk), plan (the step, move or walk that it
+    is or is made of), leg (None: all of them), and text, for a person.
     """
     made: dict[str, Event] = {}  # or chosen
     legs: dict[str, int | None] = {}
@@ -80,7 +81,7 @@ def to_command(
     digest = max(left, key=lambda one: made[one].seq)
     made_as = state.products[digest]
     kind = KINDS[made_as.kind]
-    step = digest if kind is PLAN else made_as.parents["plan"] if kind is EXECUTION else None
+    step = digest if kind.plays == "step" else made_as.parents["plan"] if kind is EXECUTION else None
     leg = None if step is None else legs.get(step)
     named = kind.offered if leg is None else f"leg {leg}"
     text = named + (", for sag" if kind.given_as == EXECUTION.given_as else "")

@@ -3,18 +3,21 @@
 import numpy as np
 from numpy.typing import NDArray
 
+from footfall.core.value import Value
 from footfall.planning.answers import Status
+from footfall.planning.legged.problem import LeggedResult
 from footfall.planning.step.problem import PlanResult
 from footfall.planning.walk.problem import WalkResult
 from footfall.sequence.commands import Sequence
-from footfall.session.answers.plans import MatchAnswer, ToCommand
+from footfall.session.answers.plans import MatchAnswer, PlannedFor, ToCommand
 from footfall.session.carried_out import carried_out, planned_behind, to_command
 from footfall.session.choosing.choices import PageChoices
 from footfall.session.core import SessionCore
 from footfall.session.gate.checks import STALE_AFTER
+from footfall.session.jobs.requests import DescribedStepRequest, DescribedWalkRequest, StepRequest, WalkRequest
 from footfall.session.log.fold import SessionState
 from footfall.session.products.compared import UpToDate
-from footfall.session.products.kinds import KINDS, PLAN, QUEUE, SEQUENCE, WALK
+from footfall.session.products.kinds import KINDS, QUEUE, SEQUENCE
 from footfall.session.products.sequences import Sequences
 from footfall.session.products.up_to_date import SENT, difference, near_enough_in_words
 from footfall.session.rover.linked import LinkedRover
@@ -71,18 +74,41 @@ class Review:
             if view.plays != "newest" and event.seq <= view.plays_since:
                 return walk if view.plays == "walk" else step
             kind = KINDS[event.payload["kind"]] if event.type == "product" else None
-            if kind is WALK:
+            if kind is not None and kind.plays == "walk":
                 return walk
-            if event.type == "plan_chosen" or (kind is not None and (kind is PLAN or kind.is_commands)):
+            if event.type == "plan_chosen" or (kind is not None and (kind.plays == "step" or kind.is_commands)):
                 return step
         return step
+
+    def _newest(self, plays: str) -> str | None:
+        """Digest of the latest answer that a ghost plays so; a session's robot has one kind of each."""
+        found = (self._core.state.newest(kind) for kind in KINDS.values() if kind.plays == plays)
+        return next((digest for digest in found if digest is not None), None)
+
+    @property
+    def planned_for(self) -> PlannedFor:
+        """The footfall and the goal that were asked for, of the latest step and walk that were planned."""
+        step, walk = self._asked("step"), self._asked("walk")
+        footfall = step.footfall if isinstance(step, (StepRequest, DescribedStepRequest)) else None
+        goal = walk.goal if isinstance(walk, (WalkRequest, DescribedWalkRequest)) else None
+        return {
+            "footfall": None if footfall is None else {"leg": footfall.leg, "x": footfall.x, "y": footfall.y},
+            "goal": None if goal is None else {"x": goal.x, "y": goal.y, "yaw": goal.yaw},
+        }
+
+    def _asked(self, plays: str) -> Value | None:
+        """The request of the latest answer that a ghost plays so."""
+        digest = self._newest(plays)
+        settings = None if digest is None else self._core.state.products[digest].settings
+        return None if settings is None else self._core.get(settings)
 
     @property
     def _walk_played(self) -> str | None:
         """Digest of the latest walk, where it was found or comes part of its way."""
-        digest = self._core.state.newest(WALK)
-        found = None if digest is None else self._core.typed(WalkResult, digest)
-        return None if found is None or (found.plan or found.partial) is None else digest
+        digest = self._newest("walk")
+        found = None if digest is None else self._core.get(digest)
+        goes = isinstance(found, (WalkResult, LeggedResult)) and (found.plan or found.partial) is not None
+        return digest if goes else None
 
     @property
     def step_played(self) -> str | None:
@@ -90,16 +116,16 @@ class Review:
 
         It does where it was edited, or moves the chassis: what is looked at is what would be sent.
         """
-        state = self._core.state
+        state, step = self._core.state, self._newest("step")
         for event in reversed(self._core.events()):
             kind = KINDS[event.payload["kind"]] if event.type == "product" else None
-            if kind is PLAN or event.type == "plan_chosen":
+            if event.type == "plan_chosen" or (kind is not None and kind.plays == "step"):
                 break
             if kind is not None and kind.is_commands and state.sequence is not None:
                 edited = state.kind_of(state.sequence) is not SEQUENCE
                 moves = self._core.typed(Sequence, state.sequence).Ts_site_base is not None
-                return state.sequence if edited or moves or self._of_queue else state.plan
-        return state.plan
+                return state.sequence if edited or moves or self._of_queue else step
+        return step
 
     @property
     def _of_queue(self) -> bool:
@@ -116,10 +142,10 @@ class Review:
         behind = planned_behind(state, state.sequence)
         if self._of_queue and behind != state.queue:
             return True
-        source = state.products.get(behind)
-        if source is not None and source.kind == PLAN.name:
-            return behind != state.plan
-        return state.plan is not None and self.step_played == state.plan
+        source, step = state.kind_of(behind), self._newest("step")
+        if source is not None and source.plays and source.offered:
+            return behind != self._planned
+        return step is not None and self.step_played == step
 
     @property
     def to_command(self) -> ToCommand | None:
@@ -146,12 +172,26 @@ class Review:
         """Digest of the terrain that what was planned last was planned on."""
         if state.sequence is not None and not self.commands_of_another_plan:
             return self._sequences.planned_on(state.sequence)
-        return None if state.plan is None else state.products[state.plan].parents["dem"]
+        planned = self._planned
+        return None if planned is None else state.products[planned].parents["dem"]
 
     def _start_of(self, state: SessionState) -> tuple[NDArray[np.float64], NDArray[np.float64]] | None:
         """Posture and T_site_base where what was planned last starts: by its commands, or the plan without them."""
         if state.sequence is not None and not self.commands_of_another_plan:
             sequence = self._core.typed(Sequence, state.sequence)
             return sequence.start, sequence.T_site_base
-        plan = None if state.plan is None else self._core.typed(PlanResult, state.plan).plan
+        found = None if self._planned is None else self._core.get(self._planned)
+        if isinstance(found, LeggedResult) and found.plan is not None:
+            return found.plan.waypoints[0], found.plan.Ts_site_base[0]
+        plan = found.plan if isinstance(found, PlanResult) else None
         return None if plan is None else (plan.waypoints[0], plan.T_site_base)
+
+    @property
+    def _planned(self) -> str | None:
+        """Digest of what was planned last of the steps, and walks, that commands are made of as they are."""
+        state = self._core.state
+        able = {state.newest(kind) for kind in KINDS.values() if kind.plays and kind.offered} - {None}
+        if len(able) < 2:
+            return next(iter(able), None)
+        products = (one.payload["digest"] for one in reversed(self._core.events()) if one.type == "product")
+        return next(digest for digest in products if digest in able)

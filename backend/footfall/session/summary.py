@@ -63,6 +63,7 @@ def summary(session: SessionParts, loop: dict[str, Any] | None) -> SessionAnswer
         "to_command": session.review.to_command,
         "commands_of_another_plan": session.review.commands_of_another_plan,
         "played": session.review.played,
+        "planned_for": session.review.planned_for,
         "walking": session.walks.walking_answer(),
         "can_undo": bool(state.sequence_history),
         "can_redo": bool(state.sequence_ahead),

@@ -6,6 +6,7 @@ from typing import TYPE_CHECKING, Literal, TypedDict
 import numpy as np
 
 from footfall.api.access import AllSessions
+from footfall.api.kinds import SERVED
 from footfall.api.routing import Routes
 from footfall.core.arrays import Array
 from footfall.io.robot_files import load_robot
@@ -19,12 +20,20 @@ if TYPE_CHECKING:
 router = Routes(tags=["robot"])
 
 
+class PlannedBy(TypedDict):
+    """kind: of the product, as in the session's summary; folder: below a session, where it is asked for and read."""
+
+    kind: str
+    folder: str
+
+
 class RobotAnswer(TypedDict):
     """SI units, radians; one number for each joint, leg by leg, null where nothing limits it or nobody says.
 
     athletes_build: whether it has ATHLETE's legs; else null and empty stand for what nobody says of such a robot.
     leg_joints: of each leg, which numbers of a posture are its own. joint_units: rad where a joint turns, m where it
-    slides. foot_radii: of each leg's wheel or ball [m], 0 where a foot is a point.
+    slides. foot_radii: of each leg's wheel or ball [m], 0 where a foot is a point. planned_by: step and walk → which
+    kind of product plans them in this robot's sessions.
     """
 
     name: str
@@ -49,6 +58,7 @@ class RobotAnswer(TypedDict):
     postures: Mapping[str, Array]
     cameras: list[str]
     assumed: tuple[str, ...]
+    planned_by: dict[str, PlannedBy]
 
 
 class _Joints(TypedDict):
@@ -95,6 +105,7 @@ def _athletes(model: "Robot") -> RobotAnswer:
         "least_load": _least_load(),
         "cameras": [pair.name for pair in about.cameras],
         "assumed": about.assumed,
+        "planned_by": _planned_by(described=False),
     }
 
 
@@ -122,6 +133,7 @@ def _described(model: "LeggedRobot") -> RobotAnswer:
         "least_load": _least_load(),
         "cameras": [],
         "assumed": (),
+        "planned_by": _planned_by(described=True),
     }
 
 
@@ -131,6 +143,14 @@ def _joints(layout: JointLayout) -> _Joints:
         "leg_joints": [list(range(own.start, own.stop)) for own in layout.slices],
         "joint_names": layout.joint_names,
         "joint_units": ["m" if name in layout.sliding else "rad" for name in layout.joint_names],
+    }
+
+
+def _planned_by(described: bool) -> dict[str, PlannedBy]:
+    return {
+        kind.plays: {"kind": kind.name, "folder": served.folder}
+        for kind, served in SERVED.items()
+        if kind.plays and kind.for_described == described
     }
 
 

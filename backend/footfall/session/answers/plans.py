@@ -2,6 +2,7 @@
 
 from typing import Annotated, Literal, TypedDict
 
+from footfall.session.answers.choices import FootfallChosen
 from footfall.session.answers.notes import DigestText, OneOf
 from footfall.session.products.kinds import KINDS
 
@@ -95,7 +96,8 @@ class WayOfCommands(TypedDict):
 class ToCommand(TypedDict):
     """What commands are to be made of: what was planned last, can be carried out and was not.
 
-    step: the planned step that it is or is made of, null for a move; plan: the step or move; leg null: all of them.
+    step: the planned step that it is or is made of, null for a move or walk; plan: the step, move or walk; leg null:
+    all of them.
     """
 
     digest: DigestText
@@ -104,6 +106,21 @@ class ToCommand(TypedDict):
     plan: DigestText
     leg: int | None
     text: str
+
+
+class GoalPlannedFor(TypedDict):
+    """Where a walk is to go, site [m]; yaw [rad], null: whichever way the chassis faces."""
+
+    x: float
+    y: float
+    yaw: float | None
+
+
+class PlannedFor(TypedDict):
+    """What the latest step and the latest walk were asked for; null where none was."""
+
+    footfall: FootfallChosen | None
+    goal: GoalPlannedFor | None
 
 
 class MatchAnswer(TypedDict):

@@ -15,6 +15,7 @@ from footfall.session.answers.plans import (
     ExportInSummary,
     MatchAnswer,
     PlanInSummary,
+    PlannedFor,
     ToCommand,
     WayAnswer,
 )
@@ -127,6 +128,7 @@ class SessionAnswer(TypedDict):
     to_command: ToCommand | None
     commands_of_another_plan: bool
     played: Annotated[DigestText | None, Says("what a ghost plays")]
+    planned_for: PlannedFor
     walking: WalkingAnswer | None
     walk_loop: Annotated[dict[str, Any] | None, Says("the latest walk in a closed loop")]
     can_undo: bool

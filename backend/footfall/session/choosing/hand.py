@@ -215,7 +215,9 @@ class Hand:
 
     def _from_hip(self, leg: int, point: Point) -> Hip | None:
         state = self._core.state.state
-        return None if state is None else from_hip(self._core.robot, self._core.typed(RobotState, state), leg, point)
+        if state is None or self._core.described is not None:  # where legs of others begin is said nowhere
+            return None
+        return from_hip(self._core.robot, self._core.typed(RobotState, state), leg, point)
 
     def _lines(self, leg: int, x: float, y: float) -> tuple[str, ...]:
         """What every layer says there; nothing without current maps of that place."""

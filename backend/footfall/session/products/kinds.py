@@ -102,6 +102,7 @@ PLAN = entered(
         says_status=True,
         offered="the step",
         looks_at=LooksAt.LEG,
+        plays="step",
     )
 )
 AFTER = entered(
@@ -240,6 +241,7 @@ WALK = entered(
         searches=True,
         says_status=True,
         looks_at=LooksAt.WAY,
+        plays="walk",
     )
 )
 GAIT = entered(
@@ -295,6 +297,8 @@ DESCRIBED_STEP = entered(
         watched=True,
         says_status=True,
         for_described=True,
+        offered="the step",
+        plays="step",
     )
 )
 DESCRIBED_WALK = entered(
@@ -310,6 +314,8 @@ DESCRIBED_WALK = entered(
         searches=True,
         says_status=True,
         for_described=True,
+        offered="the walk",
+        plays="walk",
     )
 )
 SEQUENCE = entered(

@@ -57,7 +57,8 @@ class Kind:
 
     executed_by: kind that makes set points of it for a rover that sags, "" where none does. searches: it may end by its
     time limit, and need not come out the same again. says_status: status and reason of its answer are in its event.
-    offered: what commands of it are called where they are offered, "" where they are not.
+    offered: what commands of it are called where they are offered, "" where they are not. plays: what a ghost plays it
+    as, step or walk; "" where it plays none.
     """
 
     name: str
@@ -80,6 +81,7 @@ class Kind:
     searches: bool = False
     says_status: bool = False
     offered: str = ""
+    plays: str = ""
 
     @property
     def is_commands(self) -> bool:
