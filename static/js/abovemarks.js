@@ -9,6 +9,7 @@ import { leg as legTold } from "./texts/shared.js";
 const STALE_AFTER = 2; // s
 const BAR = 120; // px at most
 const NUMBERED = 25; // pixels a metre, from which footfalls have the numbers of their legs
+const FACING = 24; // px of that line where nobody says where the legs begin
 const FRONT = 1.5; // of the chassis' radius: how far the line reaches that says where the front is
 export const COLOURS = { rover: "#ffffff", route: "#be8cff", walk: "#6fd3ff", goal: "#ffc94d", footfall: "#ffffff", pointer: "#ffc94d", forbidden: "#ff5a5a", pinned: "#7ee08a" };
 
@@ -16,7 +17,8 @@ export const COLOURS = { rover: "#ffffff", route: "#be8cff", walk: "#6fd3ff", go
 const wayOf = ({ summary, walk }) => (outOfDate(summary.up_to_date.walk) ? null : walk?.plan ?? walk?.partial ?? null);
 
 // The footfalls of that walk, in their order: legs, and where they come down [m].
-const footfallsOf = (facts) => (wayOf(facts)?.legs ?? []).map((leg, number) => ({ leg, at: wayOf(facts).stances[number + 1].contacts[leg].slice(0, 2) }));
+// A walk of a robot that others described does not say the places.
+const footfallsOf = (facts) => (wayOf(facts)?.stances ? wayOf(facts).legs : []).map((leg, number) => ({ leg, at: wayOf(facts).stances[number + 1].contacts[leg].slice(0, 2) }));
 
 // place: site [m] → pixel; facts: what the page knows; places: forbidden and pinned ones, for the next walk.
 export function paintMarks(pen, place, facts, { forbidden, pinned }) {
@@ -40,13 +42,22 @@ export function paintMarks(pen, place, facts, { forbidden, pinned }) {
 function paintRover(pen, place, { T_base_hips: hips, legs }, frame) {
   const T = frame.T_site_base;
   const onSite = ([x, y]) => [0, 1].map((i) => T[i][3] + T[i][0] * x + T[i][1] * y);
+  if (!hips.length) return paintFacing(pen, place, onSite);
   const corners = legs.map((leg) => [hips[leg][0][3], hips[leg][1][3]]);
   const around = [...corners].sort((a, b) => Math.atan2(a[1], a[0]) - Math.atan2(b[1], b[0])).map((at) => place(onSite(at)));
   const dash = telemetryAge(frame) > STALE_AFTER ? [6, 3] : [];
   line(pen, [...around, around[0]], COLOURS.rover, dash);
   const radius = Math.max(...corners.map(([x, y]) => Math.hypot(x, y)));
   line(pen, [place(onSite([0, 0])), place(onSite([FRONT * radius, 0]))], COLOURS.rover, dash);
-  corners.forEach(([x, y], i) => write(pen, String(legs[i]), place(onSite([1.2 * x, 1.2 * y])), "center"));
+  return corners.forEach(([x, y], i) => write(pen, String(legs[i]), place(onSite([1.2 * x, 1.2 * y])), "center"));
+}
+
+// Where nobody says where its legs begin: its place, and where it faces.
+function paintFacing(pen, place, onSite) {
+  const [at, ahead] = [place(onSite([0, 0])), place(onSite([1, 0]))];
+  const share = FACING / Math.hypot(ahead[0] - at[0], ahead[1] - at[1]);
+  dot(pen, at, COLOURS.rover);
+  line(pen, [at, at.map((one, axis) => one + share * (ahead[axis] - one))], COLOURS.rover);
 }
 
 function paintWalk(pen, place, { Ts_site_base: stood }, footfalls) {

@@ -4,6 +4,7 @@
 import { $, toast } from "./dom.js";
 import { actWhenHeld } from "./holding.js";
 import { lacking } from "./rights.js";
+import { notFor } from "./robot.js";
 import { subscribe } from "./store.js";
 import * as texts from "./texts/page.js";
 
@@ -15,7 +16,7 @@ const listeners = [];
 export function act({ text, run, key = "", button = "", refusal = () => "", quiet = false, held = false }) {
   const taken = key && acts.find((one) => one.key === key);
   if (taken) throw new Error(texts.keyTaken(key, taken.text));
-  const made = { text, key, run, button, refusal: () => lacking($(button)) || refusal(), quiet };
+  const made = { text, key, run, button, refusal: () => lacking($(button)) || notFor($(button)) || refusal(), quiet };
   acts.push(made);
   if (button) wire($(button), made, held);
   listeners.forEach((listener) => listener());

@@ -4,7 +4,6 @@
 import { get } from "./api.js";
 import { changed } from "./store.js";
 import { heardFrom, scaleOf } from "./samples.js";
-import { QUANTITIES } from "./texts/telemetry.js";
 
 const MOMENTS = 300; // parts of a plot, which is about as many points wide
 const RETRY = 5000; // ms
@@ -21,19 +20,19 @@ export function earlier(channels, span) {
   const isWanted = !answers.has(question) || (answer.why && !answer.asking && performance.now() - answer.failed >= RETRY);
   if (isWanted && until < span) {
     answers.set(question, answer);
-    ask(answer, question, until, scaleOf(QUANTITIES[quantity].unit));
+    ask(answer, question, until, channels.map(({ unit }) => scaleOf(unit)));
   }
   return answer;
 }
 
-async function ask(answer, question, until, scale) {
+async function ask(answer, question, until, scales) {
   answer.asking = true;
   const asked = Date.now() / 1000;
   try {
     const { ages, numbers } = await get(`/sessions/current/telemetry/past?${question}&until=${until}&parts=${MOMENTS}`);
     const now = (asked + Date.now() / 1000) / 2; // the answer was made between
     const before = ages.filter((age) => now - age < heardFrom()).length;
-    if (before) answer.found = [ages.slice(0, before).map((age) => now - age), ...numbers.map((column) => column.slice(0, before).map((one) => one * scale))];
+    if (before) answer.found = [ages.slice(0, before).map((age) => now - age), ...numbers.map((column, j) => column.slice(0, before).map((one) => one * scales[j]))];
     answer.why = "";
   } catch (error) {
     Object.assign(answer, { why: error.message, failed: performance.now() });

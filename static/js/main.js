@@ -10,6 +10,7 @@ import { loadLayers } from "./layers.js";
 import { startLayout } from "./layout.js";
 import { startPalette } from "./palette.js";
 import { startPuck } from "./puck.js";
+import { leaveOut } from "./robot.js";
 import { startSamples } from "./samples.js";
 import { startScene } from "./scene.js";
 import { changed, known } from "./store.js";
@@ -70,6 +71,7 @@ async function start() {
   await account.start();
   const robot = await get("/robot");
   known.robot = { ...robot, legs: Array.from({ length: robot.legs }, (_, leg) => leg) };
+  leaveOut();
   startSamples(known.robot);
   startEvents();
   for (const panel of PANELS) panel.start();

@@ -3,6 +3,7 @@
 import { armIt, goOn, makeCommandsOf, next as nextRow } from "./texts/commands.js";
 import { build, takeImages } from "./texts/ground.js";
 import * as texts from "./texts/next.js";
+import { step as planStep } from "./texts/plan.js";
 import * as shared from "./texts/shared.js";
 import { fromHere, goOnByItself, holdIt } from "./texts/walk.js";
 
@@ -19,6 +20,7 @@ export function nextThing(facts) {
   if (gate.state === "sending") return underWay(gate, facts);
   if (armed) return thing("send", shared.send, texts.aboutSend(armed), "sequence");
   if (making) return wait(texts.waitFor(making), texts.aboutWait);
+  if (facts.whole) return asAWhole(facts, facts.whole);
   if (isOnItsWay(facts)) return onward(facts);
   return lookedAt(facts) ?? toGoal(facts) ?? (picking ? PICKS : lookedAgain(facts))
     ?? thing("walk-to", texts.walkTo, texts.aboutWalkTo, facts.walked ? "run" : "");
@@ -60,6 +62,20 @@ function onward({ walking, ready, rest }) {
   const mover = walking.leg === null ? texts.chassis : shared.leg(walking.leg);
   const which = parts > 1 ? texts.movesToGoal(parts) : texts.move(walking.done + 1, walking.of, mover);
   return thing(rest ? "walk-rest" : "walk-next", makeCommandsOf(which), "", judge);
+}
+
+// A robot that others described walks as a whole, without images. planned: the plan, not carried out, that commands are to be made
+// of; null: none. footfall: the chosen one where no step to it was planned.
+function asAWhole(facts, { planned, footfall }) {
+  const { ground, goal, walk, fits, ready, picking } = facts;
+  if (ready) return thing("arm", armIt, texts.aboutArm, "sequence");
+  if (!ground) return wait(texts.loadGround, texts.noGround);
+  const meant = isMeant(facts);
+  if (goal && !(meant && (fits || (walk.plan && planned?.plan !== walk.digest)))) return thing("plan-walk", shared.planWalk, texts.to(goal));
+  const judge = meant ? "walk" : "run";
+  if (planned) return thing("make-sequence", makeCommandsOf(planned.text), "", judge);
+  if (footfall) return thing("plan", planStep, texts.toFootfall(footfall), "");
+  return picking ? { ...PICKS, judge } : thing("walk-to", texts.walkTo, texts.aboutWalkTo, judge);
 }
 
 // Ground there must be, of the newest images.

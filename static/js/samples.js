@@ -12,6 +12,7 @@ const STALE_AFTER = 2; // s; the command gate refuses beyond this
 // By which a number of the server's, in SI units, is multiplied to be in a unit.
 export const scaleOf = (unit) => texts.UNITS[unit].scale;
 
+let slides = []; // of each joint whether it slides
 let channels = []; // { id, quantity, leg, nth of its quantity, name, unit, low, high } each; low and high are null where nothing limits them
 let times = new Float64Array(0);
 let numbers = []; // one ring for each channel
@@ -19,11 +20,12 @@ let count = 0; // ever taken
 let last = null;
 
 export function startSamples(robot) {
-  const joints = robot.joint_names.map((name, i) => ({ i, leg: Math.floor(i / 6), name }));
+  const joints = robot.leg_joints.flatMap((own, leg) => own.map((i) => ({ i, leg, name: robot.joint_names[i] })));
+  slides = robot.joint_units.map((unit) => unit === "m");
   const limited = (quantity, low, high) => joints.map((one) => ({ ...one, quantity, low: low(one.i), high: high(one.i) }));
   channels = [
-    ...limited("torque", (i) => -robot.torque_limits[i], (i) => robot.torque_limits[i]),
-    ...limited("position", (i) => robot.lower[i] * DEGREES, (i) => robot.upper[i] * DEGREES),
+    ...limited("torque", (i) => scaled(robot.torque_limits[i], -1), (i) => robot.torque_limits[i]),
+    ...limited("position", (i) => asRead(robot.lower[i], i), (i) => asRead(robot.upper[i], i)),
     ...limited("error", () => null, () => null),
     ...robot.legs.map((leg) => free("force", shared.leg(leg))),
     ...robot.legs.map((leg) => ({ ...free("share", shared.leg(leg)), low: robot.least_load * 100 })),
@@ -33,12 +35,22 @@ export function startSamples(robot) {
     { ...free("interval", texts.INTERVAL), high: STALE_AFTER },
   ].map((channel, at, all) => {
     const nth = at - all.findIndex(({ quantity }) => quantity === channel.quantity);
-    return { ...channel, at, nth, id: `${channel.quantity}.${nth}`, unit: texts.QUANTITIES[channel.quantity].unit };
+    return { ...channel, at, nth, id: `${channel.quantity}.${nth}`, unit: unitOf(channel) };
   });
   times = new Float64Array(CAPACITY);
   numbers = channels.map(() => new Float32Array(CAPACITY));
   subscribe(({ frame }) => { if (frame && isNew(frame)) take(frame); });
 }
+
+// A joint that slides moves by metres, under a force.
+const unitOf = ({ quantity, i }) => {
+  const { unit, sliding } = texts.QUANTITIES[quantity];
+  return sliding && slides[i] ? sliding : unit;
+};
+
+// A limit that nobody says (null) stays one.
+const scaled = (limit, by) => (limit === null ? null : limit * by);
+const asRead = (q, i) => scaled(q, slides[i] ? 1 : DEGREES);
 
 const free = (quantity, name) => ({ quantity, leg: null, name, low: null, high: null });
 
@@ -57,7 +69,7 @@ function take(frame) {
 function rowOf({ posture, commanded, joint_torques: torques, wheel_forces: forces, T_site_base: T }) {
   const lean = [Math.atan2(T[2][1], T[2][2]), Math.asin(Math.max(-1, Math.min(1, -T[2][0]))), Math.atan2(T[1][0], T[0][0])];
   return [
-    ...torques, ...posture.map((q) => q * DEGREES), ...posture.map((q, i) => (commanded[i] - q) * DEGREES),
+    ...torques, ...posture.map(asRead), ...posture.map((q, i) => asRead(commanded[i] - q, i)),
     ...forces.map((force) => force[2]), ...sharesOf(forces), T[0][3], T[1][3], T[2][3], ...lean.map((angle) => angle * DEGREES),
     Math.acos(Math.max(-1, Math.min(1, T[2][2]))) * DEGREES,
   ];
@@ -89,12 +101,12 @@ export function since(start, wanted) {
   return found;
 }
 
-// The measured joint angles at a moment [rad], or null where none were heard within a second of it.
+// The measured posture at a moment [rad, m], or null where none were heard within a second of it.
 export function postureAt(time) {
   let nearest = -1;
   for (let i = Math.max(0, count - CAPACITY); i < count; i += 1) {
     if (nearest < 0 || Math.abs(times[i % CAPACITY] - time) < Math.abs(times[nearest] - time)) nearest = i % CAPACITY;
   }
   if (nearest < 0 || Math.abs(times[nearest] - time) > 1) return null;
-  return channels.filter(({ quantity }) => quantity === "position").map(({ at }) => numbers[at][nearest] / DEGREES);
+  return channels.filter(({ quantity }) => quantity === "position").map(({ at, i }) => numbers[at][nearest] / (slides[i] ? 1 : DEGREES));
 }

@@ -3,6 +3,8 @@
 import { loadAnew } from "./anew.js";
 import { PAGE, ROOT, request } from "./api.js";
 import { toast } from "./dom.js";
+import { asPanelsRead } from "./legged.js";
+import { isAthletes, orders, plannedBy } from "./robot.js";
 import { changed, known } from "./store.js";
 import { buildOrLoad } from "./texts/ground.js";
 import * as texts from "./texts/page.js";
@@ -64,16 +66,34 @@ const look = () => refresh().catch(() => changed());
 
 // One that can't be read is said, and keeps no other from being read; the next look asks for it again.
 async function refreshProducts(summary) {
+  if (!isAthletes()) nameAsPanelsDo(summary);
   const read = { plan: summary.plan.digest, walk: summary.walk, gait: summary.gait, route: summary.route, sequence: summary.sequence };
   for (const [name, digest] of Object.entries(read)) {
     if (!digest) known[name] = null;
     else if (known[name]?.digest !== digest) await readProduct(name, digest).catch((error) => toast(error.message));
   }
+  if (!isAthletes()) sayWhatFor(summary);
 }
 
 async function readProduct(name, digest) {
-  const { body, response } = await request("GET", name === "sequence" ? `/sequences/${digest}` : `/sessions/current/${name}s/${digest}`);
-  known[name] = name === "sequence" ? { ...body, etag: response.headers.get("ETag") } : body;
+  const { body, response } = await request("GET", name === "sequence" ? `/sequences/${digest}` : `${FOLDERS[name]()}/${digest}`);
+  known[name] = name === "sequence" ? { ...body, etag: response.headers.get("ETag") } : isAthletes() ? body : asPanelsRead(body);
+}
+
+const FOLDERS = { plan: () => orders("step"), walk: () => orders("walk"), gait: () => "/sessions/current/gaits", route: () => "/sessions/current/routes" };
+
+// Panels read one kind of step and one of walk, whoever described the robot: here those of others get their names.
+function nameAsPanelsDo(summary) {
+  const [step, walk] = [plannedBy("step").kind, plannedBy("walk").kind];
+  Object.assign(summary, { plan: { ...summary.plan, digest: summary[step] }, walk: summary[walk] });
+  Object.assign(summary.up_to_date, { plan: summary.up_to_date[step], walk: summary.up_to_date[walk] });
+}
+
+// Such answers say neither the footfall nor the goal that they were asked for; the summary does.
+function sayWhatFor({ plan, planned_for: { footfall, goal } }) {
+  if (known.plan) Object.assign(known.plan, { footfall });
+  if (known.plan) Object.assign(plan, { status: known.plan.status, reason: known.plan.reason });
+  if (known.walk) Object.assign(known.walk, { goal });
 }
 
 // The server's order holds. A job that the line has told the end of does not come back to life.

@@ -165,3 +165,10 @@ def test_texts_have_true_signs_and_titles_say_something():
     assert [text for text in texts.values() if "..." in text] == []
     titles = [key for page in PAGES for _, name, key in named(page) if name == "data-title"]
     assert [key for key in titles if len(texts[key]) < 3] == [], "a key is said by the act that has it"
+
+
+def test_what_a_described_robot_lacks_is_said_for_every_part():
+    named = {one.given["data-alone"] for one in elements("index.html") if "data-alone" in one.given}
+    table = re.search(r"const ALONE = \{(.*?)\n\};", (STATIC / "js/texts/robot.js").read_text(), re.DOTALL)
+    assert table
+    assert named == set(re.findall(r"^  (\w+): ", table[1], re.MULTILINE))

@@ -282,3 +282,35 @@ def test_a_rule_of_a_whole_sequence_names_no_row():
     ]
     told = of_page(SCRIPT.replace("nextThing", "ruleTold"), "texts/commands.js", jsonable(rules))
     assert told == ["none drives its drum", "row 1: too fast", "row 8: too fast"]
+
+
+WALKED = {"goal": {"x": GOAL[0], "y": GOAL[1]}, "digest": "w", "plan": {"legs": [1]}}
+REFUSED = {**WALKED, "plan": None}
+FOOTFALL = {"leg": 4, "x": 0.3, "y": 0.1}
+OF_WALK, OF_STEP = {"plan": "w", "text": "the walk"}, {"plan": "s", "text": "leg 4"}
+
+
+@pytest.mark.parametrize(
+    ("state", "planned", "footfall", "button"),
+    [
+        ({"ground": None}, None, None, ""),
+        ({}, None, None, "walk-to"),
+        ({}, None, FOOTFALL, "plan"),
+        ({"goal": GOAL}, None, None, "plan-walk"),
+        ({"goal": GOAL, "walk": WALKED, "fits": True}, OF_WALK, None, "make-sequence"),
+        ({"goal": GOAL, "walk": WALKED, "fits": True, "ready": 1}, OF_WALK, None, "arm"),
+        ({"goal": GOAL, "walk": WALKED, "fits": False}, OF_WALK, None, "plan-walk"),
+        ({"goal": GOAL, "walk": WALKED, "fits": False}, None, None, "walk-to"),
+        ({"goal": GOAL, "walk": WALKED, "fits": False}, OF_STEP, None, "make-sequence"),
+        ({"goal": ELSEWHERE, "walk": WALKED, "fits": True}, OF_WALK, None, "plan-walk"),
+        ({"goal": GOAL, "walk": REFUSED, "fits": True}, None, None, "walk-to"),
+        ({"goal": GOAL, "walk": REFUSED, "fits": False}, None, None, "plan-walk"),
+        ({"goal": GOAL, "armed": 7}, OF_WALK, None, "send"),
+    ],
+)
+def test_a_robot_that_others_described_walks_as_a_whole(state, planned, footfall, button):
+    facts = {**NOTHING, "ground": {"time": 900.0}, **state, "whole": {"planned": planned, "footfall": footfall}}
+    (found,) = asked([facts])
+    assert found["button"] == button, found
+    assert found["text"]
+    assert "undefined" not in found["text"] + found["about"]

@@ -50,6 +50,8 @@ const { keepLineOpen } = await js("stopline.js");
 keepLineOpen();
 sockets.at(-1).dispatchEvent(new Event("open"));
 const stops = [closed(1006), closed(1009)]; // once more: it is kept open, not opened again once
+const { known } = await js("store.js");
+known.robot = { athletes_build: true }; // the page knows it before it follows
 const { follow } = await js("stream.js");
 await follow();
 const events = closed(1006);

@@ -1,6 +1,8 @@
 // How things are in each work area, in a few words: what its card says while it is closed.
 
+import { $ } from "../dom.js";
 import { outOfDate } from "../fits.js";
+import { notFor } from "../robot.js";
 import { known, telemetryAge } from "../store.js";
 import * as texts from "../texts/layout.js";
 
@@ -21,7 +23,7 @@ const STATES = {
   record: ({ events }) => texts.record(events),
 };
 
-export const stateOf = (name) => (known.summary ? STATES[name]?.(known.summary) ?? "" : "");
+export const stateOf = (name) => (known.summary ? notFor($(`panel-${name}`)) || (STATES[name]?.(known.summary) ?? "") : "");
 
 const doubted = (fit, text) => (outOfDate(fit) ? texts.outOfDate(text) : text);
 

@@ -2,6 +2,7 @@
 
 import { get } from "../api.js";
 import { $, element, fixed } from "../dom.js";
+import { isAthletes } from "../robot.js";
 import { known, subscribe, telemetryAge } from "../store.js";
 import * as texts from "../texts/sag.js";
 
@@ -16,7 +17,7 @@ let askedAt = -Infinity;
 let answeredAt = -Infinity;
 
 export function start() {
-  subscribe(draw);
+  if (isAthletes()) subscribe(draw);
 }
 
 function draw({ summary, frame }) {

@@ -6,6 +6,7 @@ import { act } from "../acts.js";
 import { $, asTyped, attempt, element, fixed } from "../dom.js";
 import { edit, isOnItsWay, redo, undo } from "../edits.js";
 import { answered, awaited } from "../planning.js";
+import { isAthletes } from "../robot.js";
 import { alive, changed, known, silent, subscribe } from "../store.js";
 import * as texts from "../texts/commands.js";
 import * as shared from "../texts/shared.js";
@@ -45,7 +46,8 @@ const make = () => attempt(async () => {
   const { to_command: meant, plan } = known.summary;
   if (fresh && plan.status !== "found") throw new Error(texts.noPlanFound(plan.reason));
   if (!meant) throw new Error(texts.nothingMade(notPlanned()));
-  await post("/sessions/current/sequences", { plan: meant.plan, ...(meant.step ? wayOfStep() : wayOfMove()) }, once());
+  const way = isAthletes() ? (meant.step ? wayOfStep() : wayOfMove()) : {};
+  await post("/sessions/current/sequences", { plan: meant.plan, ...way }, once());
 });
 
 const commandedAs = (mode) => ($("as-commanded").checked ? { as_commanded: true } : { settings: sagSettings(mode) });
@@ -192,7 +194,7 @@ function toldTether({ tether_lengths: lengths }, row) {
 
 function tableRow(command, row, broken, state, tether) {
   const mine = broken.filter((rule) => rule.row === row);
-  const duration = element("input", {
+  const duration = !isAthletes() ? fixed(command.duration, 1) : element("input", {
     type: "number", min: "0", step: "any", value: asTyped(command.duration), ariaLabel: texts.secondsOf(row + 1),
     onchange: (event) => {
       const seconds = Number(event.target.value);
@@ -212,7 +214,7 @@ function tableRow(command, row, broken, state, tether) {
     element("td", {}, duration),
     element("td", { className: mine.length ? "no" : "sign", textContent: mine.length ? mine.map((rule) => rule.text).join(" ") : "✓" }),
     element("td", { textContent: state?.text ?? "–", title: state?.times ?? "" }),
-    element("td", {}, element("button", {
+    element("td", {}, !isAthletes() ? null : element("button", {
       type: "button", textContent: "✕", ariaLabel: texts.deleteRow(row + 1), onclick: () => edit({ kind: "delete", row }),
     })));
 }

@@ -6,6 +6,7 @@ import { choices } from "../choices.js";
 import { $, asTyped, attempt, element, fixed } from "../dom.js";
 import { outOfDate } from "../fits.js";
 import { answered } from "../planning.js";
+import { isAthletes } from "../robot.js";
 import { changed, known, subscribe } from "../store.js";
 import { refresh } from "../stream.js";
 import { marginOf } from "../texts/plan.js";
@@ -95,7 +96,7 @@ const ofPresentPlan = () => shown.parents.plan === known.plan?.plan?.digest;
 const mayBeMade = () => shown?.status === "found" && ofPresentPlan();
 
 function draw({ summary }) {
-  if (!summary) return;
+  if (!summary || !isAthletes()) return;
   const job = runningJob();
   $("execution-job").hidden = !job;
   if (job) {

@@ -6,6 +6,7 @@ import { get, put } from "../api.js";
 import { $, attempt, element } from "../dom.js";
 import { footMoveTold } from "../footmoves.js";
 import { walkPlayed } from "../pace.js";
+import { isAthletes } from "../robot.js";
 import { known, subscribe, telemetryAge } from "../store.js";
 import * as texts from "../texts/ghost.js";
 import * as shared from "../texts/shared.js";
@@ -29,6 +30,7 @@ let askedAt = -Infinity;
 const courses = new Map(); // digest of a plan or sequence → its margins; null while they are on their way
 
 export function start() {
+  if (!isAthletes()) return;
   try {
     const kept = localStorage.getItem(KEPT_AS);
     if (kept in OUTLINES) outline = kept;

@@ -8,6 +8,7 @@ import { $, attempt, element, toast } from "../dom.js";
 import { outOfDate, reserve } from "../fits.js";
 import { layerNames, layerOptions, subscribeToLayers } from "../layers.js";
 import { pictureAt } from "../picture.js";
+import { isAthletes } from "../robot.js";
 import { freeze } from "../stance.js";
 import { known, subscribe } from "../store.js";
 import * as texts from "../texts/ground.js";
@@ -31,7 +32,7 @@ export function start() {
   $("layer").addEventListener("change", () => attempt(() => put("/sessions/current/view", { layer: $("layer").value || null })));
   $("legs").append(
     ...known.robot.legs.map((leg) =>
-      element("button", { type: "button", role: "radio", ariaLabel: shared.legFirst(leg), id: `leg-${leg}`, onclick: () => chooseLeg(leg) },
+      element("button", { type: "button", role: "radio", ariaLabel: shared.legFirst(leg), title: known.robot.leg_names[leg], id: `leg-${leg}`, onclick: () => chooseLeg(leg) },
         shared.legFirst(leg), element("small", { textContent: leg < KEYED ? texts.key(leg) : "" })),
     ),
   );
@@ -83,16 +84,9 @@ export const balance = () => ({
 export const computeMaps = () => attempt(async () => {
   await settled();
   await freeze();
-  const friction = $("friction-aware").checked;
-  await post("/sessions/current/maps", {
-    leg: known.summary.view.leg,
-    settings: {
-      conservative: $("conservative").checked,
-      friction,
-      balance: balance(),
-      quality: { weights: weights() },
-    },
-  });
+  const friction = isAthletes() && $("friction-aware").checked;
+  const settings = { conservative: $("conservative").checked, friction, balance: balance(), quality: { weights: weights() } };
+  await post("/sessions/current/maps", { leg: known.summary.view.leg, ...(isAthletes() ? { settings } : {}) });
   await put("/sessions/current/view", { layer: friction ? "footing_friction" : "footing" });
 });
 

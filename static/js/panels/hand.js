@@ -6,6 +6,7 @@ import { post, put, request } from "../api.js";
 import { $, attempt, element } from "../dom.js";
 import { explainKey, heardFirst } from "../keys.js";
 import { lacking } from "../rights.js";
+import { isAthletes } from "../robot.js";
 import { known, subscribe } from "../store.js";
 import { refresh, tell } from "../stream.js";
 import * as texts from "../texts/footfall.js";
@@ -47,7 +48,7 @@ function things() {
   return [
     ...(summary.footfall ? [{ what: "footfall", index: 0 }] : []),
     ...(summary.points?.points ?? []).map((_, index) => ({ what: "point", index })),
-    ...(summary.state && summary.dem ? [{ what: "chassis", index: 0 }] : []),
+    ...(summary.state && summary.dem && isAthletes() ? [{ what: "chassis", index: 0 }] : []),
   ];
 }
 

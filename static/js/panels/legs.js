@@ -3,11 +3,12 @@
 import { element, fixed, $ } from "../dom.js";
 import { percent } from "../figures.js";
 import { isShown } from "../layout.js";
+import { jointsOf, slides } from "../robot.js";
 import { known, subscribe, telemetryAge } from "../store.js";
 import * as shared from "../texts/shared.js";
 import * as texts from "../texts/telemetry.js";
 
-const MOVES = 0.002; // rad between two frames; more is no noise of a sensor
+const MOVES = 0.002; // rad or m between two frames; more is no noise of a sensor
 const HIGH = 0.8; // share of a torque limit from which on it is marked
 const STALE_AFTER = 2; // s
 
@@ -44,28 +45,29 @@ function row(leg, force, weight, most, frame, summary) {
   const chosen = summary?.view.leg === leg;
   const state = stateOf(leg, share, frame);
   return element("tr", { className: chosen ? "current" : "" },
-    element("th", { scope: "row", textContent: `${chosen ? "▸ " : ""}${leg}` }),
+    element("th", { scope: "row", textContent: `${chosen ? "▸ " : ""}${leg}`, title: known.robot.leg_names[leg] }),
     element("td", { textContent: state }),
     element("td", {}, bar(force / most), number(fixed(force, 0), 4), number(percent(share), 5)),
     element("td", { className: worst.share >= 1 ? "no" : worst.share >= HIGH ? "doubt" : "" },
       bar(worst.share, worst.share >= 1 ? "bad" : worst.share >= HIGH ? "warn" : "good"),
-      number(percent(worst.share), 5),
-      element("span", { textContent: ` ${worst.joint}`, title: texts.torqueOf(worst.torque, worst.limit) })),
-    element("td", { textContent: toFootfall(leg, frame, summary), title: texts.fromHip(known.robot.leg_lengths[leg]) }));
+      number(worst.limit === null ? "–" : percent(worst.share), 5),
+      element("span", { textContent: ` ${worst.joint}`, title: texts.torqueOf(worst.torque, worst.limit, worst.slides) })),
+    element("td", { textContent: toFootfall(leg, frame, summary), title: leg in known.robot.leg_lengths ? texts.fromHip(known.robot.leg_lengths[leg]) : "" }));
 }
 
 function stateOf(leg, share, frame) {
-  const turned = Array.from({ length: 6 }, (_, j) => Math.abs(frame.posture[6 * leg + j] - before.posture[6 * leg + j]));
+  const turned = jointsOf(leg).map((joint) => Math.abs(frame.posture[joint] - before.posture[joint]));
   const moves = Math.max(...turned) > MOVES;
   return (share < known.robot.least_load ? texts.inAir : texts.stands) + (moves ? texts.moves : "");
 }
 
+// Where nobody says a joint's limit (null), it has no share of one.
 function worstTorque(leg, frame) {
   const { torque_limits: limits, joint_names: names } = known.robot;
-  const joints = Array.from({ length: 6 }, (_, j) => 6 * leg + j);
-  const worst = joints.reduce((a, b) => (Math.abs(frame.joint_torques[b]) / limits[b] > Math.abs(frame.joint_torques[a]) / limits[a] ? b : a));
-  const torque = Math.abs(frame.joint_torques[worst]);
-  return { share: torque / limits[worst], torque, limit: limits[worst], joint: shortName(names[worst]) };
+  const torqueOf = (joint) => Math.abs(frame.joint_torques[joint]);
+  const shareOf = (joint) => (limits[joint] === null ? 0 : torqueOf(joint) / limits[joint]);
+  const worst = jointsOf(leg).reduce((a, b) => (shareOf(b) > shareOf(a) ? b : a));
+  return { share: shareOf(worst), torque: torqueOf(worst), limit: limits[worst], joint: shortName(names[worst]), slides: slides(worst) };
 }
 
 // "leg2_hip_yaw" says its leg again
@@ -75,6 +77,7 @@ function toFootfall(leg, { T_site_base: T }, summary) {
   const answer = summary?.footfall_answer;
   if (!answer || typeof answer.z !== "number") return "–";
   const { T_base_hips: hips, leg_lengths: lengths } = known.robot;
+  if (!(leg in hips)) return "–"; // where the legs of a robot that others described begin is said nowhere
   const hip = [0, 1, 2].map((i) => T[i][3] + [0, 1, 2].reduce((sum, j) => sum + T[i][j] * hips[leg][j][3], 0));
   const away = Math.hypot(hip[0] - answer.x, hip[1] - answer.y, hip[2] - answer.z);
   return texts.away(away, away <= lengths[leg]);

@@ -5,6 +5,7 @@ import { act, actOfButton, perform } from "../acts.js";
 import { $, toast } from "../dom.js";
 import { goWithJob } from "../layout.js";
 import { nextThing } from "../nextthing.js";
+import { isAthletes } from "../robot.js";
 import { changed, known, subscribe } from "../store.js";
 import * as commands from "../texts/commands.js";
 import * as texts from "../texts/next.js";
@@ -17,7 +18,7 @@ import { standsStopped } from "./status.js";
 import { goalMeant, walkTold } from "./walk.js";
 import { waitedFor } from "./work.js";
 
-const AWAITED = ["terrain", "photographs", "blend", "clear", "walk", "sequence", "foot_moves", "edit"]; // of these what comes next depends on
+const AWAITED = ["terrain", "photographs", "blend", "clear", "walk", "described_step", "described_walk", "sequence", "foot_moves", "edit"]; // of these what comes next depends on
 const HELD = ["send", "run-resume", "run-next", "loop-on"]; // what makes the rover move is held, never clicked
 
 let here = { button: "", text: texts.waitForServer, about: "", judge: "" };
@@ -41,6 +42,13 @@ export function start() {
 // Why what comes next can't be done now, "" where nothing stands against it.
 const against = () => (here.button ? actOfButton(here.button).refusal() : here.about || here.text);
 
+// What is made of a robot's plans that is commanded as a whole; null where its walks are commanded foot move by foot move.
+function wholeOf({ to_command: planned, footfall, planned_for: { footfall: stepped } }) {
+  if (isAthletes()) return null;
+  const isPlanned = footfall && stepped && ["leg", "x", "y"].every((name) => footfall[name] === stepped[name]);
+  return { planned, footfall: isPlanned ? null : footfall };
+}
+
 function factsOf({ summary, walk, sequence }) {
   const { gate, walking, terrain, look, run } = summary;
   const walked = walking !== null && walking.done > 0;
@@ -48,14 +56,18 @@ function factsOf({ summary, walk, sequence }) {
     stopped: standsStopped(known), gate, making: waitedFor(AWAITED), armed: armedFor(), picking: picks(),
     loop: loopNow(), walking, walk, walked, goal: goalTold(), heading: goalMeant().yaw, gait: $("walk-gait").value, look, ground: terrain, now: Date.now() / 1000,
     fits: summary.up_to_date.walk?.fits ?? false,
-    ready: summary.up_to_date.sequence?.fits && sequence && !summary.commands_carried_out ? walking?.commanded ?? 0 : 0,
+    whole: wholeOf(summary),
+    ready: summary.up_to_date.sequence?.fits && sequence && !summary.commands_carried_out ? commanded(summary) : 0,
     rest: $("walk-until").value === "rest",
     part: gate.state === "sending" && run?.sequence === sequence?.digest ? partOf(sequence, gate.row ?? 0) : "",
   };
 }
 
+// Of how many parts of the walk the commands are; of a plan that is commanded as a whole, 1 where they are of the latest.
+const commanded = ({ walking, commands_of_another_plan: another }) => (isAthletes() ? walking?.commanded ?? 0 : Number(!another));
+
 // The foot move that a row belongs to.
-const partOf = ({ foot_moves: moves }, row) => moves.findLast((one) => one.first_row <= row)?.text ?? "";
+const partOf = ({ foot_moves: moves }, row) => moves?.findLast((one) => one.first_row <= row)?.text ?? "";
 
 function draw() {
   if (!known.summary) return;

@@ -6,6 +6,7 @@ import { chooseFootfall, settled } from "../choosing.js";
 import { $, attempt, element } from "../dom.js";
 import { outOfDate } from "../fits.js";
 import { askForPlan } from "../planning.js";
+import { isAthletes, orders } from "../robot.js";
 import { freeze } from "../stance.js";
 import { known, subscribe } from "../store.js";
 import * as texts from "../texts/plan.js";
@@ -58,8 +59,8 @@ const plan = () => askForPlan(async () => {
   await Promise.all([settled(), inHand(), through.settled()]); // what is being chosen, moved or typed is meant
   const chosen = known.summary.footfall;
   await freeze();
-  const order = { leg: chosen.leg, target: [chosen.x, chosen.y], settings: settings(), through: through.points() };
-  return post("/sessions/current/plans", order);
+  const order = { leg: chosen.leg, target: [chosen.x, chosen.y] };
+  return post(orders("step"), isAthletes() ? { ...order, settings: settings(), through: through.points() } : order);
 });
 
 // Of the refusal of this footfall, else what the maps say of it.

@@ -3,6 +3,7 @@
 import { act } from "../acts.js";
 import { $, asTyped, element } from "../dom.js";
 import { edit, isOnItsWay } from "../edits.js";
+import { jointsOf } from "../robot.js";
 import { known, subscribe } from "../store.js";
 import * as texts from "../texts/commands.js";
 import { shortName } from "./legs.js";
@@ -67,8 +68,8 @@ function draw() {
 
 function jointField(command, row, joint, angle) {
   const { joint_names: names, lower, upper } = known.robot;
-  const whole = command.leg === null ? joint : 6 * command.leg + joint;
-  const name = command.leg === null ? `${Math.floor(joint / 6)} ${shortName(names[whole])}` : shortName(names[whole]);
+  const whole = command.leg === null ? joint : jointsOf(command.leg)[joint];
+  const name = command.leg === null ? `${known.robot.legs.find((leg) => jointsOf(leg).includes(whole))} ${shortName(names[whole])}` : shortName(names[whole]);
   return element("label", { textContent: `${name} `, title: texts.range(lower[whole], upper[whole]) },
     element("input", {
       type: "number", step: "any", value: asTyped(angle, 4), ariaLabel: texts.jointOfRow(name, row + 1),

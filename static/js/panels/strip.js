@@ -6,6 +6,7 @@ import { get } from "../api.js";
 import { $, asTyped, attempt, element } from "../dom.js";
 import { along, footMoveTold, worstOf } from "../footmoves.js";
 import { walkPlayed } from "../pace.js";
+import { isAthletes } from "../robot.js";
 import { known, subscribe } from "../store.js";
 import * as texts from "../texts/walk.js";
 import { ghostTo, shownMoment } from "./ghost.js";
@@ -36,7 +37,7 @@ export function start() {
 }
 
 function draw() {
-  const plan = walkPlayed();
+  const plan = isAthletes() ? walkPlayed() : null;
   $("strip").hidden = !plan;
   $("ghost").classList.toggle("of-walk", Boolean(plan));
   if (!plan) return;

@@ -118,7 +118,7 @@ function build(quantity, channels) {
     width: Math.max(200, $("plot").clientWidth), height: HEIGHT, legend: { show: false },
     cursor: { drag: { x: false, y: false }, points: { show: false } },
     scales: { x: { time: true, auto: false }, y: { range: (_, low, high) => range(channels.filter(({ name }) => !hidden.has(name)), low, high) } },
-    axes: [{ ...axis, size: 28, space: 62, values: (_, times) => times.map(clock) }, { ...axis, size: 54, space: 22, values: (_, marks) => marks.map(bare), label: QUANTITIES[quantity].unit, labelSize: 16, labelFont: axis.font }],
+    axes: [{ ...axis, size: 28, space: 62, values: (_, times) => times.map(clock) }, { ...axis, size: 54, space: 22, values: (_, marks) => marks.map(bare), label: [...new Set(channels.map(({ unit }) => unit))].join(", "), labelSize: 16, labelFont: axis.font }],
     series: [{}, ...channels.map(({ name }, i) => ({ label: name, stroke: () => ink(LINES[i % LINES.length][0]), dash: LINES[i % LINES.length][1], width: 1.5 }))],
     hooks: { drawAxes: [shade, hatch], draw: [limits, (made) => paintMoment(made, moment())], ready: [(made) => made.over.addEventListener("click", () => point(made.posToVal(made.cursor.left, "x")))] },
   }, [[], ...channels.map(() => [])], $("plot"));

@@ -7,6 +7,7 @@ import { settled } from "../choosing.js";
 import { $, attempt, element } from "../dom.js";
 import { outOfDate } from "../fits.js";
 import { unfold } from "../layout.js";
+import { isAthletes, orders } from "../robot.js";
 import { freeze } from "../stance.js";
 import { changed, known, subscribe } from "../store.js";
 import { checkTold } from "../texts/plan.js";
@@ -78,11 +79,16 @@ const planWalk = () => attempt(async () => {
   showTether();
   if (!isFilledIn()) return;
   const goal = goalMeant();
+  if (!isAthletes()) {
+    await freeze();
+    await post(orders("walk"), { goal });
+    return;
+  }
   const gait = $("walk-gait").value;
   if (gait && tether()) throw new Error(texts.noGaitOnTether);
   await freeze();
   if (gait) await post("/sessions/current/gaits", { goal, settings: { gait } });
-  else await post("/sessions/current/walks", { goal, settings: walkSettings(), tether: tether() });
+  else await post(orders("walk"), { goal, settings: walkSettings(), tether: tether() });
 });
 
 function draw({ summary, walk }) {
@@ -128,7 +134,7 @@ function show(answer) {
     element("ul", {}, ...answer.checks.map((one) => element("li", {
       className: one.holds ? "yes" : "no",
       textContent: checkTold(one),
-    })), ...answer.blocked.map((one) => element("li", { className: "no", textContent: texts.blocked(one) }))),
+    })), ...answer.blocked.map((one) => element("li", { className: "no", textContent: texts.blocked(one) })), ...(answer.unchecked ?? []).map((what) => element("li", { className: "doubt", textContent: texts.unchecked(what) }))),
     element("ol", { "aria-label": texts.footMoves }, ...footMoves(answer.plan ?? answer.partial)),
   );
   drawWalking(walking());
@@ -139,8 +145,9 @@ function tethersOf({ plan, partial }) {
   return tethered ? [element("p", { id: "walk-tethered", className: "hint", textContent: texts.tetherTold(tethered) })] : [];
 }
 
-// In the scene they have the same numbers. Margin and torque are the worst of each, and the worst of the walk is said.
+// In the scene they have the same numbers; of a robot that others described nothing more is told of each. Margin and torque are the worst of each, and the worst of the walk is said.
 function footMoves(plan) {
+  if (plan && !plan.stances) return plan.legs.map((leg) => element("li", { textContent: shared.leg(leg) }));
   const worst = { margin: Math.min(...(plan?.margins ?? [])), torque: Math.max(...(plan?.torques ?? [])) };
   const out = plan?.tethered ? paidOut(plan) : [];
   return (plan?.legs ?? []).map((leg, number) => {

@@ -5,6 +5,7 @@ import { get, once, post, put, request } from "../api.js";
 import { settled } from "../choosing.js";
 import { $, asTyped, attempt, element } from "../dom.js";
 import { reveal } from "../layout.js";
+import { notFor } from "../robot.js";
 import { known, subscribe } from "../store.js";
 import { refresh } from "../stream.js";
 import { makeCommands } from "../texts/commands.js";
@@ -27,7 +28,7 @@ export function start() {
   });
   // once a what-if is shown, it follows the fields
   $("what-if-fields").addEventListener("change", () => { if (known.summary.what_if) show(); });
-  act({ key: "W", text: texts.whatIf, run: toggle });
+  act({ key: "W", text: texts.whatIf, run: toggle, refusal: () => notFor($("panel-what-if")) });
   act({
     key: "H", text: texts.findShift, button: "find-shift", run: find,
     refusal: () => (known.summary?.footfall ? "" : texts.chooseForShift),

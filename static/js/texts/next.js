@@ -35,6 +35,8 @@ export const chassis = "the chassis";
 export const movesToGoal = (count) => `${count} moves to the goal`;
 export const move = (number, count, mover) => `move ${number} of ${count}: ${mover}`;
 export const aboutBuild = "The newest images are not in the ground yet.";
+export const loadGround = "Load the ground as a file";
+export const toFootfall = ({ leg: number, x, y }) => `Leg ${number} to ${place([x, y], 2)}.`;
 export const noGround = "There is no ground yet.";
 export const chooseAnother = "Choose another goal";
 export const to = ([x, y]) => `To ${place([x, y], 2)}.`;

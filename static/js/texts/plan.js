@@ -8,7 +8,7 @@ export const planStep = "Plan the step";
 export const nearestInstead = "Step to the nearest good place instead";
 export const noGoodPlace = "There is no good place to offer: the footfall is not refused, or none is near.";
 export const noPlanYet = "No plan yet: choose a footfall, then plan the step.";
-export const found = ({ planner, waypoints }, reason) => `Found by ${planner}: ${waypoints.length} waypoints. ${reason}`;
+export const found = ({ planner, waypoints }, reason) => `Found${planner ? ` by ${planner}` : ""}: ${waypoints.length} waypoints. ${reason}`;
 export const notFound = (status, reason) => `No plan (${statusTold(status)}): ${reason}`;
 export const ended = (status, reason) => `${statusTold(status)}. ${reason}`;
 export const ofAnother = ({ leg, x, y }) => `This answer is for leg ${leg} at ${place([x, y])}, not for the chosen footfall.`;

@@ -12,12 +12,13 @@ export const noEarlier = (why) => `What was before this page was loaded is not s
 export const hatched = "Stale: nothing heard where it is hatched.";
 export const toLimit = (share) => `, ${percent(share)} to limit`;
 
+// sliding: its unit for a joint that slides.
 // onlyRecorded: two frames tell it together, so it is known of recordings and not of the last ten minutes in memory.
-/** @type {Object<string, {title: string, unit: string, ofLeg: boolean, onlyRecorded?: boolean}>} */
+/** @type {Object<string, {title: string, unit: string, sliding?: string, ofLeg: boolean, onlyRecorded?: boolean}>} */
 export const QUANTITIES = {
-  torque: { title: "Joint torques", unit: "N·m", ofLeg: true },
-  position: { title: "Joint positions", unit: "°", ofLeg: true },
-  error: { title: "Commanded − measured", unit: "°", ofLeg: true },
+  torque: { title: "Joint torques", unit: "N·m", sliding: "N", ofLeg: true },
+  position: { title: "Joint positions", unit: "°", sliding: "m", ofLeg: true },
+  error: { title: "Commanded − measured", unit: "°", sliding: "m", ofLeg: true },
   force: { title: "Wheel forces, up", unit: "N", ofLeg: false },
   share: { title: "Shares of the weight", unit: "%", ofLeg: false },
   place: { title: "Chassis: place", unit: "m", ofLeg: false },
@@ -42,7 +43,7 @@ export const stale = "Stale: this is how it was when the rover was last heard.";
 export const inAir = "▽ in air";
 export const stands = "▬ stands";
 export const moves = ", moves";
-export const torqueOf = (torque, limit) => `${fixed(torque, 0)} of ${fixed(limit, 0)} N·m`;
+export const torqueOf = (torque, limit, slides) => `${fixed(torque, 0)} of ${limit === null ? "an unknown limit" : fixed(limit, 0)} ${slides ? "N" : "N·m"}`;
 export const fromHip = (length) => `from the hip; the leg is ${metres(length, 2)} long`;
 export const away = (distance, reached) => `${reached ? "✓" : "✕"} ${metres(distance, 2)}`;
 

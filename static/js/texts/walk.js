@@ -35,7 +35,8 @@ export const footMoves = "Foot moves";
 export function walkTold(plan) {
   const stood = plan.Ts_site_base.map((T) => [T[0][3], T[1][3], T[2][3]]);
   const way = stood.slice(1).reduce((sum, at, i) => sum + Math.hypot(...at.map((one, axis) => one - stood[i][axis])), 0);
-  return `${plan.legs.length} foot move${plan.legs.length === 1 ? "" : "s"}, the chassis goes ${metres(way, 2)}, least margin ${metres(Math.min(...plan.margins))}, largest torque ${percent(Math.max(...plan.torques))} of its limit`;
+  const goes = `${plan.legs.length} foot move${plan.legs.length === 1 ? "" : "s"}, the chassis goes ${metres(way, 2)}`;
+  return plan.margins ? `${goes}, least margin ${metres(Math.min(...plan.margins))}, largest torque ${percent(Math.max(...plan.torques))} of its limit` : goes;
 }
 
 // What smoothing changed of the walk as it was found; the same on both sides is said once.
@@ -51,6 +52,7 @@ export function smoothed({ before, after }) {
   ].join(", ")}.`;
 }
 
+export const unchecked = (what) => `Not checked: ${what}`;
 export const blocked = ({ check_name: check, leg, x, y, count }) => `blocked ${count} times by ${check}${leg === null ? "" : ` of leg ${leg}`}${x === null ? "" : ` at ${place([x, y], 2)}`}`;
 
 // -- one foot move ---------------------------------------------------------------------------------

@@ -1,0 +1,139 @@
+"""The operator's page of a robot that others described: legs, what it has not, a step and a walk carried out, STOP."""
+
+import re
+from collections.abc import Iterator
+from pathlib import Path
+
+import pytest
+from playwright.sync_api import Browser, Page, expect
+
+from footfall.core.frames import apply
+from footfall.robot.legged.posture import placed
+from footfall.terrain.generate import fractal
+from tests.support.browsers import kill_browsers
+from tests.support.described import robot_of
+from tests.support.page_steps import SESSION, held, keep_pressed, lay_out, made
+from tests.support.server import Running, running_server
+from tests.support.waiting import BOUND, else_after, until
+
+LEGS = 6
+WALK = "walk"
+"""The layout that the page is delivered with."""
+
+
+@pytest.fixture
+def legs() -> int:
+    """How many the robot has."""
+    return LEGS
+
+
+@pytest.fixture
+def robot_served(tmp_path: Path, legs: int) -> Iterator[Running]:
+    """A session about a made robot on small ground, its rover connected."""
+
+    def prepare(sessions) -> None:
+        live = sessions.create("made robot", robot_of(legs)[1])
+        live.terrains.load(fractal(2.4, 0.2, roughness=0.01, seed=3), "made for the tests")
+
+    with running_server(tmp_path, prepare=prepare) as running:
+        running.rover.start()
+        current = running.sessions.current
+        until(lambda: current is not None and current.rover.frame, "the first telemetry")
+        yield running
+
+
+@pytest.fixture
+def other(chromium: Browser, robot_served: Running) -> Iterator[Page]:
+    """Its page; whatever the browser's console is told as an error fails."""
+    context = chromium.new_context(viewport={"width": 1280, "height": 720})
+    lay_out(context, WALK)
+    page = context.new_page()
+    faults: list[str] = []
+    page.on("pageerror", lambda error: faults.append(str(error)))
+    page.on("console", lambda told: faults.append(f"{told.text} {told.location}") if told.type == "error" else None)
+    page.goto(f"{robot_served.url}/?scene=off")
+    page.get_by_text("made robot", exact=True).wait_for()
+    yield page
+    with else_after(BOUND / 4, kill_browsers):
+        context.close()
+    assert not faults
+
+
+def send(page: Page, served: Running) -> None:
+    """Arm, send and wait until every row is done, as the page says what comes next."""
+    page.locator("#next-act", has_text="Arm").click()
+    expect(page.locator("#next-hold")).to_have_text("Send to rover")
+    keep_pressed(page, "#next-hold")
+    until(lambda: held(served)["commands_carried_out"], "the end of the run")
+
+
+@pytest.mark.parametrize("legs", [6, 4])
+def test_a_walk_is_planned_commanded_and_carried_out(other: Page, robot_served: Running, legs: int) -> None:
+    expect(other.locator("#legs button")).to_have_count(legs)
+    for leg in (3, 0):
+        other.keyboard.press(str(leg))
+        expect(other.locator(f"#leg-{leg}")).to_have_attribute("aria-checked", "true")
+    expect(other.locator("#next-act")).to_have_text("Walk to…")
+
+    other.locator("#area-goal").click()
+    begin = held(robot_served, f"{SESSION}/telemetry")["T_site_base"]
+    other.locator("#walk-ahead").fill("0.05")
+    expect(other.locator("#next-act")).to_have_text("Plan walk")
+    made(robot_served, "described_walk", lambda: other.locator("#next-act").click())
+    expect(other.locator("#walk-answer")).to_contain_text("Walk found")
+    walk = held(robot_served, f"{SESSION}/described-walks/{held(robot_served)['described_walk']}")
+    expect(other.locator("#walk-answer ol li")).to_have_count(len(walk["plan"]["moves"]))
+
+    other.keyboard.press("{")
+    expect(other.locator("#scrub-read")).to_contain_text(f"foot move {len(walk['plan']['moves'])} of")
+    expect(other.locator("#next-act")).to_have_text("Make commands: the walk")
+    other.locator("#next-act").click()
+    until(lambda: held(robot_served)["sequence"], "the commands")
+    send(other, robot_served)
+    end = held(robot_served, f"{SESSION}/telemetry")["T_site_base"]
+    assert end[0][3] > begin[0][3]
+    expect(other.locator("#next-act")).to_have_text("Walk to…")
+
+
+def test_a_step_by_keys_and_stop(other: Page, robot_served: Running) -> None:
+    frame = held(robot_served, f"{SESSION}/telemetry")
+    other.locator("#area-footfall").click()
+    other.keyboard.press("1")
+    expect(other.locator("#leg-1")).to_have_attribute("aria-checked", "true")
+    x, y = sole_of(robot_of(LEGS)[1], frame, 1)
+    other.keyboard.press("F")
+    other.locator("#footfall-x").fill(f"{x + 0.03:.3f}")
+    other.locator("#footfall-y").fill(f"{y + 0.02:.3f}")
+    other.keyboard.press("Enter")
+    expect(other.locator("#footfall-answer")).to_contain_text("leg 1")
+    other.locator("#h-footfall").click()
+    made(robot_served, "described_step", lambda: other.keyboard.press("P"))
+    expect(other.locator("#next-act")).to_have_text("Make commands: leg 1")
+    other.keyboard.press("S")
+    until(lambda: held(robot_served)["sequence"], "the commands")
+    expect(other.locator("#commands tbody tr")).not_to_have_count(0)
+    send(other, robot_served)
+    other.locator("#stop").click()
+    until(lambda: held(robot_served)["stop"]["latched"], "the stop")
+    expect(other.locator("#next-act")).to_have_text("A stop is in force")
+
+
+def sole_of(robot, frame: dict, leg: int) -> tuple[float, float]:
+    """Where a leg's foot is, seen from above, in site [m]."""
+    x, y, _ = apply(frame["T_site_base"], placed(robot, frame["posture"]).soles[leg])
+    return float(x), float(y)
+
+
+def test_what_it_has_not_is_said_once_and_gauges_show_what_it_has(other: Page, robot_served: Running) -> None:
+    expect(other.locator("#panel-loop")).to_contain_text("does not walk by itself")
+    expect(other.locator("#loop-begin")).to_be_hidden()
+    expect(other.locator("#take-images")).to_be_hidden()
+    other.keyboard.press("I")
+    expect(other.locator("#toast")).to_contain_text("This robot has no cameras")
+    other.locator("#area-legs").click()
+    expect(other.locator("#legs-table tbody tr")).to_have_count(LEGS)
+    expect(other.locator("#legs-table tbody tr").first).to_contain_text(re.compile(r"stands.*l0 "))
+    other.locator("#area-telemetry").click()
+    other.locator("#plot-quantity").select_option("position")
+    expect(other.locator("#plot-series li")).to_have_count(3)
+    expect(other.locator("#plot-series li b").first).to_have_text(re.compile(r"\d"))
