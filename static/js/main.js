@@ -87,10 +87,11 @@ async function startOrRetry() {
     await start();
   } catch (error) {
     // where nothing answers, the browser's own page would come in place of this one: there is no stop on that
+    const failed = await robotTold();
     do {
       if ($("toast").hidden) toast(texts.tryingAgain(error.message));
       await new Promise((done) => setTimeout(done, RETRY));
-    } while (!(await isServed()) || (await isWithoutSession()));
+    } while (!(await isServed()) || (await isWithoutSession()) || (await isAsBefore(failed)));
     loadAnew();
   }
 }
@@ -99,6 +100,12 @@ const isServed = () => fetch(location.href).then((answer) => answer.ok, () => fa
 
 // Then there is nothing to show, and a page that is loaded again and again keeps no word of it.
 const isWithoutSession = () => get("/sessions/current").then(() => false, (error) => error.status === 404);
+
+// What the server says of the robot: "" where it tells it, else why not.
+const robotTold = () => get("/robot").then(() => "", (error) => error.message);
+
+// A robot that can't be shown is shown no better by a page that is loaded again.
+const isAsBefore = async (failed) => failed !== "" && (await robotTold()) === failed;
 
 const RETRY = 2000; // ms
 

@@ -1,11 +1,12 @@
 """The operator's page of a robot that others described: legs, what it has not, a step and a walk carried out, STOP."""
 
+import json
 import re
 from collections.abc import Iterator
 from pathlib import Path
 
 import pytest
-from playwright.sync_api import Browser, Page, expect
+from playwright.sync_api import Browser, Page, Route, expect
 
 from footfall.core.frames import apply
 from footfall.robot.legged.posture import placed
@@ -137,3 +138,26 @@ def test_what_it_has_not_is_said_once_and_gauges_show_what_it_has(other: Page, r
     other.locator("#plot-quantity").select_option("position")
     expect(other.locator("#plot-series li")).to_have_count(3)
     expect(other.locator("#plot-series li b").first).to_have_text(re.compile(r"\d"))
+
+
+def test_a_page_that_is_not_told_the_robot_waits_for_another_answer(chromium: Browser, quiet: Running) -> None:
+    context = chromium.new_context()
+    page = context.new_page()
+    loads: list[str] = []
+    asked: list[str] = []
+    page.on("load", lambda loaded: loads.append(loaded.url))
+
+    def refuse(route: Route) -> None:
+        asked.append(route.request.url)
+        body = json.dumps({"title": "Server fault", "detail": "nobody can tell this robot"})
+        route.fulfill(status=500, content_type="application/problem+json", body=body)
+
+    page.route("**/api/v1/robot", refuse)
+    page.goto(f"{quiet.url}/?scene=off")
+    expect(page.locator("#toast")).to_contain_text("nobody can tell this robot")
+    until(lambda: page.evaluate("1") and len(asked) >= 5, "the page's asking again")
+    assert len(loads) == 1
+    page.unroute("**/api/v1/robot")
+    expect(page.locator("#legs button")).to_have_count(6)
+    assert len(loads) == 2
+    context.close()
