@@ -5,59 +5,44 @@ from collections.abc import Callable
 import numpy as np
 import viser
 
-from footfall.core.frames import rotation
 from footfall.planning.execution.problem import ExecutionResult
 from footfall.planning.gait.problem import GaitResult
 from footfall.planning.step.problem import PlanResult, StepPlan
 from footfall.planning.walk.problem import WalkPlan
-from footfall.robot.model import Robot
-from footfall.sequence.commands import Sequence
 from footfall.session.access.acting import acting
 from footfall.session.access.identity import Identity
 from footfall.session.live import LiveSession
 from footfall.session.products.kinds import WALK
-from footfall.session.steadiness import friction_of
 from footfall.telemetry.state import RobotState
 from footfall.terrain.dem import Dem
 from footfall_ui.scene.age import AgeDrawing
 from footfall_ui.scene.around import AroundDrawing
-from footfall_ui.scene.cameras import CamerasDrawing
 from footfall_ui.scene.clicks import choose
-from footfall_ui.scene.collision import CollisionDrawing, colliding
 from footfall_ui.scene.contours import ContoursDrawing
 from footfall_ui.scene.drawn import server_of
 from footfall_ui.scene.failing import FailingDrawing
 from footfall_ui.scene.footfall import FootfallDrawing
-from footfall_ui.scene.forces import ForcesDrawing
 from footfall_ui.scene.ghost import GhostDrawing
 from footfall_ui.scene.goal import GoalDrawing
 from footfall_ui.scene.hand import HandPart
 from footfall_ui.scene.labels import labels_of
-from footfall_ui.scene.look import Eye, Looking
-from footfall_ui.scene.of_session import accepted, played, read, rover_state, walk_here
+from footfall_ui.scene.of_session import accepted, played, read, walk_here
 from footfall_ui.scene.path import PathDrawing
-from footfall_ui.scene.predicted import PredictedDrawing, alongside, row_under_way
 from footfall_ui.scene.redrawing import Redrawing
-from footfall_ui.scene.robot import RobotDrawing, leg_links
 from footfall_ui.scene.route import RouteDrawing
+from footfall_ui.scene.rover import RoverPart
 from footfall_ui.scene.sag import SagDrawing
 from footfall_ui.scene.shadow import ShadowDrawing
 from footfall_ui.scene.suggested import SuggestedDrawing
-from footfall_ui.scene.support import SupportDrawing
 from footfall_ui.scene.swept import SweptDrawing
 from footfall_ui.scene.tape import TapeDrawing
 from footfall_ui.scene.terrain import TerrainDrawing
 from footfall_ui.scene.tether import TetherDrawing
-from footfall_ui.scene.torque import TorqueDrawing
 from footfall_ui.scene.tracks import TracksDrawing
 from footfall_ui.scene.walk import WalkDrawing
 from footfall_ui.scene.what_if import WhatIfDrawing
 from footfall_ui.visitors import Visitors
 
-VIEW_DISTANCE, VIEW_HEIGHT = 6.2, 3.4
-"""Of the first view from the middle of the rover [m]."""
-VIEW_ASIDE = 0.7
-"""Angle between the first view and the leg [rad]."""
 MOVING = ("rover", "shadow", "torques", "forces", "support", "collision", "predicted", "look", "labels")
 """The parts that follow telemetry."""
 
@@ -77,43 +62,34 @@ class Scene:
         self._server, self._visitors, self._who = server, visitors or Visitors(), who
         server.scene.on_click()(self._clicked)
         self._live: LiveSession | None = None
-        self._drawn: LiveSession | None = None
         self._unlisten: Callable[[], None] = lambda: None
-        self._rover: RobotDrawing | None = None
-        self._torques: TorqueDrawing | None = None
-        self._cameras: CamerasDrawing | None = None
-        self._robot: Robot | None = None
+        self._rover = RoverPart(server)
         self._terrain = TerrainDrawing(server)
         self._footfall = FootfallDrawing(server)
         self._suggested = SuggestedDrawing(server)
         self._ghost = GhostDrawing(server)
         self._swept = SweptDrawing(server)
         self._path = PathDrawing(server)
-        self._forces = ForcesDrawing(server)
-        self._support = SupportDrawing(server)
-        self._collision = CollisionDrawing(server)
-        self._predicted = PredictedDrawing(server)
         self._what_if = WhatIfDrawing(server)
         self._sag = SagDrawing(server)
         self._walk = WalkDrawing(server)
         self._tether = TetherDrawing(server)
         self._failing = FailingDrawing(server)
         self._tape = TapeDrawing(server)
-        self._looking = Looking(server)
         self._hand = HandPart(server, lambda: self._live, self._visitors)
         parts: dict[str, Callable[[LiveSession], None]] = {
             "robot": self._draw_robot,
-            "rover": self._draw_rover,
+            "rover": self._rover.draw,
             "ground": self._draw_ground,
             "age": AgeDrawing(server).draw,
             "contours": ContoursDrawing(server).draw,
             "tracks": TracksDrawing(server).draw,
             "shadow": ShadowDrawing(server).draw,
             "around": AroundDrawing(server, lambda: self._visitors.theme_of(self._who)).draw,
-            "torques": self._draw_torques,
-            "forces": self._draw_forces,
-            "support": self._draw_support,
-            "cameras": self._draw_cameras,
+            "torques": self._rover.draw_torques,
+            "forces": self._rover.draw_forces,
+            "support": self._rover.draw_support,
+            "cameras": self._rover.draw_cameras,
             "what if": self._draw_what_if,
             "footfall": self._draw_footfall,
             "suggestions": self._draw_suggestions,
@@ -123,13 +99,13 @@ class Scene:
             "failing": self._draw_failing,
             "goal": GoalDrawing(server).draw,
             "route": RouteDrawing(server).draw,
-            "collision": self._draw_collision,
+            "collision": self._rover.draw_collision,
             "ghost": self._draw_ghost,
             "swept": self._draw_swept,
             "sag": self._draw_sag,
-            "predicted": self._draw_predicted,
+            "predicted": self._rover.draw_predicted,
             "tape": self._draw_tape,
-            "look": self._draw_look,
+            "look": self._rover.look,
             "hand": self._hand.draw,
             "labels": lambda _: labels_of(server).arrange(server),
         }
@@ -176,92 +152,14 @@ class Scene:
 
         return drawn
 
-    # -- the rover -----------------------------------------------------------------------------
-
     def _draw_robot(self, live: LiveSession) -> None:
-        if live is self._drawn:
+        if self._rover.is_of(live):
             return
-        for drawing in (self._torques, self._cameras, self._ghost, self._predicted, self._swept, self._path):
-            if drawing is not None:
-                drawing.hide()
-        for copy in (self._rover, self._what_if, self._sag):
-            if copy is not None:
-                copy.remove()
-        for drawing in (self._support, self._forces, self._collision, self._failing):
+        for drawing in (self._ghost, self._swept, self._path, self._failing):
             drawing.hide()
-        if live.described is not None:
-            self._robot, self._rover, self._torques, self._cameras, self._drawn = None, None, None, None, live
-            return
-        self._robot = live.robot
-        if self._drawn is None or self._drawn.id != live.id:  # of its past the view stays
-            self._look_along(live.choices.view.leg)
-        if self._drawn is not None:  # a page that opens takes the look that it shows as chosen
-            self._looking.forget(live.choices.view.looks)
-        self._rover = RobotDrawing(self._server, self._robot)
-        self._torques = TorqueDrawing(self._server, self._robot)
-        self._cameras = CamerasDrawing(self._server, self._robot.description)
-        self._drawn = live
-
-    def _look_along(self, leg: int) -> None:
-        """Where a page that opens looks from: outside the leg that is worked with, a little to its side."""
-        if self._robot is None:
-            return
-        out = self._robot.description.legs[leg].T_base_hip[:2, :2] @ rotation("z", VIEW_ASIDE)[:2, :2]
-        away = VIEW_DISTANCE * out[:, 0]
-        self._looking.begin(Eye(np.array([*away, VIEW_HEIGHT]), np.array([*(0.15 * away), 0.4])))
-
-    def _draw_rover(self, live: LiveSession) -> None:
-        if self._rover is None or self._robot is None:
-            return
-        state = rover_state(live)
-        if state is None:
-            self._rover.hide()
-            return
-        self._rover.place(state.posture, state.T_site_base)
-        self._rover.highlight(leg_links(self._robot, live.choices.view.leg), self._colliding(live))
-
-    def _draw_torques(self, live: LiveSession) -> None:
-        state = rover_state(live)
-        if self._torques is None:
-            return
-        if state is None or not live.choices.view.shown.torques:
-            self._torques.hide()
-        else:
-            self._torques.show(state)
-
-    def _draw_forces(self, live: LiveSession) -> None:
-        state = rover_state(live)
-        if state is None or self._robot is None or not live.choices.view.shown.forces:
-            self._forces.hide()
-        else:
-            self._forces.show(self._robot, state, live.choices.view.leg)
-
-    def _draw_support(self, live: LiveSession) -> None:
-        state = rover_state(live)
-        if state is None or self._robot is None or not live.choices.view.shown.support:
-            self._support.hide()
-        else:
-            dem = read(live, live.state.dem, Dem) if live.state.dem else None
-            self._support.show(self._robot, state, dem, friction_of(live), live.choices.view.shown.region)
-
-    def _draw_cameras(self, live: LiveSession) -> None:
-        if self._cameras is None:
-            return
-        (self._cameras.show if live.choices.view.shown.cameras else self._cameras.hide)()
-
-    def _draw_predicted(self, live: LiveSession) -> None:
-        row, run, frame = row_under_way(live.state), live.state.run, live.rover.frame
-        shown = live.choices.view.shown.predicted
-        if row is None or run is None or frame is None or self._robot is None or not shown:
-            self._predicted.hide()
-            return
-        sequence = read(live, run.sequence, Sequence)
-        self._predicted.show(self._robot, alongside(self._robot, sequence, row, frame.state))
-
-    def _draw_look(self, live: LiveSession) -> None:
-        state, view = rover_state(live), live.choices.view
-        if state is not None and self._robot is not None:
-            self._looking.look(view.look, view.looks, self._robot, state, view.leg)
+        for copy in (self._what_if, self._sag):
+            copy.remove()
+        self._rover.take(live)
 
     # -- the ground and what is chosen on it ---------------------------------------------------
 
@@ -275,16 +173,16 @@ class Scene:
 
     def _draw_what_if(self, live: LiveSession) -> None:
         state, dragged = live.state, self._hand.stance(live)
-        if dragged is not None and self._robot is not None:
-            self._what_if.show(self._robot, dragged)
-        elif state.what_if is None or state.state is None or self._robot is None:
+        if dragged is not None and self._rover.robot is not None:
+            self._what_if.show(self._rover.robot, dragged)
+        elif state.what_if is None or state.state is None or self._rover.robot is None:
             self._what_if.hide()
         else:
-            self._what_if.show(self._robot, read(live, state.state, RobotState))
+            self._what_if.show(self._rover.robot, read(live, state.state, RobotState))
 
     def _draw_footfall(self, live: LiveSession) -> None:
         chosen = live.choices.now.footfall
-        if chosen is None or live.state.dem is None or self._robot is None:
+        if chosen is None or live.state.dem is None or self._rover.robot is None:
             self._footfall.hide()
             return
         answer = live.maps.footfall_answer(chosen)
@@ -294,7 +192,7 @@ class Scene:
         point = np.array([answer["x"], answer["y"], answer["z"]])
         normal = np.array(answer["normal"]) if answer["normal"] else np.array([0.0, 0.0, 1.0])
         self._footfall.show(
-            point, normal, self._robot.wheel_radius, accepted(live, chosen, answer), f"leg {chosen.leg}"
+            point, normal, self._rover.robot.wheel_radius, accepted(live, chosen, answer), f"leg {chosen.leg}"
         )
 
     def _draw_suggestions(self, live: LiveSession) -> None:
@@ -313,10 +211,10 @@ class Scene:
         plan: StepPlan | None = None
         if live.state.plan is not None:
             plan = read(live, live.state.plan, PlanResult).plan
-        if plan is None or self._robot is None:
+        if plan is None or self._rover.robot is None:
             self._path.hide()
             return
-        self._path.show(self._robot, plan)
+        self._path.show(self._rover.robot, plan)
 
     def _draw_walk(self, live: LiveSession) -> None:
         result = walk_here(live)
@@ -336,46 +234,34 @@ class Scene:
 
     def _draw_failing(self, live: LiveSession) -> None:
         result = walk_here(live)
-        if isinstance(result, GaitResult) and self._robot is not None:
-            self._failing.show(self._robot, result)
+        if isinstance(result, GaitResult) and self._rover.robot is not None:
+            self._failing.show(self._rover.robot, result)
         else:
             self._failing.hide()
 
-    def _colliding(self, live: LiveSession) -> tuple[str, ...]:
-        if live.state.plan is None or self._robot is None:
-            return ()
-        return colliding(read(live, live.state.plan, PlanResult), self._robot.description.meshes)
-
-    def _draw_collision(self, live: LiveSession) -> None:
-        state, pair = rover_state(live), self._colliding(live)
-        if state is None or not pair or self._robot is None:
-            self._collision.hide()
-        else:
-            self._collision.show(self._robot, state, pair)
-
     def _draw_ghost(self, live: LiveSession) -> None:
         motion = played(live)
-        if motion is None or self._robot is None or not live.choices.view.show_ghost:
+        if motion is None or self._rover.robot is None or not live.choices.view.show_ghost:
             self._ghost.hide()
         else:
-            self._ghost.show(self._robot, motion, live.choices.view.scrub)
+            self._ghost.show(self._rover.robot, motion, live.choices.view.scrub)
 
     def _draw_swept(self, live: LiveSession) -> None:
         motion = played(live) if live.choices.view.shown.swept else None
-        if motion is None or live.review.played is None or self._robot is None:
+        if motion is None or live.review.played is None or self._rover.robot is None:
             self._swept.hide()
         else:
-            self._swept.show(self._robot, motion, live.review.played)
+            self._swept.show(self._rover.robot, motion, live.review.played)
 
     def _draw_sag(self, live: LiveSession) -> None:
         chosen = live.state.execution
         done = None if chosen is None else read(live, chosen, ExecutionResult).execution
-        if done is None or self._robot is None:
+        if done is None or self._rover.robot is None:
             self._sag.hide()
         else:
             # the ghost of its commands is this very motion
             follows = live.choices.view.show_ghost and live.review.played == live.state.plan
-            self._sag.show(self._robot, done, live.choices.view.scrub if follows else None)
+            self._sag.show(self._rover.robot, done, live.choices.view.scrub if follows else None)
 
     # -- clicks --------------------------------------------------------------------------------
 
