@@ -16,17 +16,16 @@ from footfall.planning.legged.problem import LeggedPlan, LeggedResult
 from footfall.robot.legged.legged_robot import LeggedRobot
 from footfall.robot.legged.posture import placed
 from footfall.terrain.dem import Dem
+from footfall_ui.scene.any_robot import leg_parts, reach
 from footfall_ui.scene.crescents import CrescentDrawing
 from footfall_ui.scene.legged_robot import LeggedDrawing
 from footfall_ui.scene.terrain import TerrainDrawing
-from footfall_ui.scene.walk import Mark, WalkDrawing
+from footfall_ui.scene.walk import ARM, WalkDrawing, legged_marks
 
 FRAME = 0.05
 """Between two pictures while it plays [s]."""
 MOVE_LASTS = 2.0
 """So long a foot move plays, in the mean [s]."""
-ARM, ABOVE = 0.05, 0.01
-"""Half the length of a mark's arms, and how far it is over the ground, as shares of the longest leg."""
 VIEW = (-1.5, -1.5, 1.0)
 """Of the first view from the base, in lengths of the longest leg."""
 STEPS = 1000
@@ -49,12 +48,7 @@ class WalkViewer:
         self._crescents = CrescentDrawing(server, robot)
         _prepare(server, plan, robot.length)
         TerrainDrawing(server).show(dem, None, None)
-        up = np.array([0.0, 0.0, ABOVE * robot.length])
-        marks = [
-            Mark(one.point + up, f"{number}: {robot.leg_names[one.leg]}")
-            for number, one in enumerate(self._footfalls, 1)
-        ]
-        WalkDrawing(server).draw(marks, plan.Ts_site_base, end_text(result), ARM * robot.length)
+        WalkDrawing(server).draw(legged_marks(robot, plan), plan.Ts_site_base, end_text(result), ARM * reach(robot))
         gui = server.gui
         gui.set_panel_label(f"Walk of {robot.name}")
         gui.add_markdown(f"**{heading(result)}**\n\nNothing here moves a robot.")
@@ -87,7 +81,7 @@ class WalkViewer:
             self._drawn.place(posture, T_site_base)
             row = self._row(moment)
             lifted = int(self._plan.legs[row])
-            self._drawn.choose(lifted)
+            self._drawn.highlight(set() if lifted < 0 else leg_parts(self._robot, lifted))
             standing = tuple(leg for leg in self._robot.legs if leg != lifted)
             self._crescents.show(apply(T_site_base, placed(self._robot, posture).soles), standing)
             self._now.content = self.in_words(row)

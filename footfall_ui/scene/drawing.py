@@ -7,7 +7,6 @@ import viser
 
 from footfall.planning.execution.problem import ExecutionResult
 from footfall.planning.gait.problem import GaitResult
-from footfall.planning.step.problem import PlanResult, StepPlan
 from footfall.planning.walk.problem import WalkPlan
 from footfall.session.access.acting import acting
 from footfall.session.access.identity import Identity
@@ -16,6 +15,7 @@ from footfall.session.products.kinds import WALK
 from footfall.telemetry.state import RobotState
 from footfall.terrain.dem import Dem
 from footfall_ui.scene.age import AgeDrawing
+from footfall_ui.scene.any_robot import leg_name, size, sole_radius
 from footfall_ui.scene.around import AroundDrawing
 from footfall_ui.scene.clicks import choose
 from footfall_ui.scene.contours import ContoursDrawing
@@ -26,7 +26,7 @@ from footfall_ui.scene.ghost import GhostDrawing
 from footfall_ui.scene.goal import GoalDrawing
 from footfall_ui.scene.hand import HandPart
 from footfall_ui.scene.labels import labels_of
-from footfall_ui.scene.of_session import accepted, played, read, walk_here
+from footfall_ui.scene.of_session import accepted, played, read, step_plan, walk_here
 from footfall_ui.scene.path import PathDrawing
 from footfall_ui.scene.redrawing import Redrawing
 from footfall_ui.scene.route import RouteDrawing
@@ -173,16 +173,16 @@ class Scene:
 
     def _draw_what_if(self, live: LiveSession) -> None:
         state, dragged = live.state, self._hand.stance(live)
-        if dragged is not None and self._rover.robot is not None:
-            self._what_if.show(self._rover.robot, dragged)
-        elif state.what_if is None or state.state is None or self._rover.robot is None:
+        if dragged is not None:
+            self._what_if.show(live.any_robot, dragged)
+        elif state.what_if is None or state.state is None:
             self._what_if.hide()
         else:
-            self._what_if.show(self._rover.robot, read(live, state.state, RobotState))
+            self._what_if.show(live.any_robot, read(live, state.state, RobotState))
 
     def _draw_footfall(self, live: LiveSession) -> None:
         chosen = live.choices.now.footfall
-        if chosen is None or live.state.dem is None or self._rover.robot is None:
+        if chosen is None or live.state.dem is None:
             self._footfall.hide()
             return
         answer = live.maps.footfall_answer(chosen)
@@ -191,9 +191,9 @@ class Scene:
             return
         point = np.array([answer["x"], answer["y"], answer["z"]])
         normal = np.array(answer["normal"]) if answer["normal"] else np.array([0.0, 0.0, 1.0])
-        self._footfall.show(
-            point, normal, self._rover.robot.wheel_radius, accepted(live, chosen, answer), f"leg {chosen.leg}"
-        )
+        robot, leg = live.any_robot, chosen.leg
+        yes = accepted(live, chosen, answer)
+        self._footfall.show(point, normal, sole_radius(robot, leg), yes, leg_name(robot, leg), size(robot))
 
     def _draw_suggestions(self, live: LiveSession) -> None:
         found = live.maps.suggestions_shown(live.choices.view.leg) if live.choices.view.shown.suggestions else None
@@ -203,25 +203,23 @@ class Scene:
             self._suggested.show(found)
 
     def _draw_tape(self, live: LiveSession) -> None:
-        self._tape.show(live.choices.view.tape if live.choices.view.shown.tape else ())
+        self._tape.show(live.choices.view.tape if live.choices.view.shown.tape else (), size(live.any_robot))
 
     # -- what is planned -----------------------------------------------------------------------
 
     def _draw_plan(self, live: LiveSession) -> None:
-        plan: StepPlan | None = None
-        if live.state.plan is not None:
-            plan = read(live, live.state.plan, PlanResult).plan
-        if plan is None or self._rover.robot is None:
+        plan = step_plan(live)
+        if plan is None:
             self._path.hide()
-            return
-        self._path.show(self._rover.robot, plan)
+        else:
+            self._path.show(live.any_robot, plan)
 
     def _draw_walk(self, live: LiveSession) -> None:
         result = walk_here(live)
         if result is None:
             self._walk.hide()
         else:
-            self._walk.show(result)
+            self._walk.show(live.any_robot, result)
 
     def _draw_tether(self, live: LiveSession) -> None:
         result = walk_here(live)
@@ -234,34 +232,34 @@ class Scene:
 
     def _draw_failing(self, live: LiveSession) -> None:
         result = walk_here(live)
-        if isinstance(result, GaitResult) and self._rover.robot is not None:
-            self._failing.show(self._rover.robot, result)
+        if isinstance(result, GaitResult):
+            self._failing.show(live.robot, result)
         else:
             self._failing.hide()
 
     def _draw_ghost(self, live: LiveSession) -> None:
         motion = played(live)
-        if motion is None or self._rover.robot is None or not live.choices.view.show_ghost:
+        if motion is None or not live.choices.view.show_ghost:
             self._ghost.hide()
         else:
-            self._ghost.show(self._rover.robot, motion, live.choices.view.scrub)
+            self._ghost.show(live.any_robot, motion, live.choices.view.scrub)
 
     def _draw_swept(self, live: LiveSession) -> None:
         motion = played(live) if live.choices.view.shown.swept else None
-        if motion is None or live.review.played is None or self._rover.robot is None:
+        if motion is None or live.review.played is None:
             self._swept.hide()
         else:
-            self._swept.show(self._rover.robot, motion, live.review.played)
+            self._swept.show(live.any_robot, motion, live.review.played)
 
     def _draw_sag(self, live: LiveSession) -> None:
         chosen = live.state.execution
         done = None if chosen is None else read(live, chosen, ExecutionResult).execution
-        if done is None or self._rover.robot is None:
+        if done is None:
             self._sag.hide()
         else:
             # the ghost of its commands is this very motion
             follows = live.choices.view.show_ghost and live.review.played == live.state.plan
-            self._sag.show(self._rover.robot, done, live.choices.view.scrub if follows else None)
+            self._sag.show(live.robot, done, live.choices.view.scrub if follows else None)
 
     # -- clicks --------------------------------------------------------------------------------
 

@@ -4,12 +4,13 @@ import viser
 
 from footfall.core.value import Value
 from footfall.planning.between_rows import at
+from footfall.planning.legged.problem import LeggedPlan, LeggedResult
 from footfall.planning.motion import Motion
 from footfall.planning.step.problem import PlanResult, StepPlan
 from footfall.planning.walk.problem import WalkPlan, WalkResult
-from footfall.robot.model import Robot
 from footfall.sequence.commands import Sequence
-from footfall_ui.scene.robot import GHOST, RobotDrawing, leg_links
+from footfall_ui.scene.any_robot import AnyRobot, DrawnRobot, drawn_robot
+from footfall_ui.scene.robot import GHOST
 
 
 class GhostDrawing:
@@ -17,16 +18,15 @@ class GhostDrawing:
 
     def __init__(self, server: viser.ViserServer | viser.ClientHandle) -> None:
         self._server = server
-        self._drawing: RobotDrawing | None = None
+        self._drawing: DrawnRobot | None = None
         self._leg: int | None = None
 
-    def show(self, robot: Robot, motion: Motion, moment: float) -> None:
+    def show(self, robot: AnyRobot, motion: Motion, moment: float) -> None:
         """moment: 0…1 along the motion; between waypoints the joints move in straight lines."""
         leg = motion.leg
         if self._drawing is None or self._leg != leg:
             self.hide()
-            links = None if leg is None else leg_links(robot, leg)
-            self._drawing = RobotDrawing(self._server, robot, "ghost", links, GHOST, opacity=0.55)
+            self._drawing = drawn_robot(self._server, robot, "ghost", leg, GHOST, opacity=0.55)
             self._leg = leg
         self._drawing.place(*at(motion, moment))
 
@@ -42,8 +42,8 @@ def motion_of(value: Value | None) -> Motion | None:
     """
     if isinstance(value, PlanResult):
         return motion_of(value.plan)
-    if isinstance(value, WalkResult):
+    if isinstance(value, (WalkResult, LeggedResult)):
         return motion_of(value.plan or value.partial)
-    if isinstance(value, (StepPlan, WalkPlan)) or (isinstance(value, Sequence) and value.commands):
+    if isinstance(value, (StepPlan, WalkPlan, LeggedPlan)) or (isinstance(value, Sequence) and value.commands):
         return value.motion
     return None

@@ -6,12 +6,13 @@ import viser
 from footfall.session.live import LiveSession
 from footfall.terrain.dem import Dem
 from footfall.terrain.ground.surface import height_at
+from footfall_ui.scene.any_robot import size
 from footfall_ui.scene.drawn import Drawn
 from footfall_ui.scene.near import near
 
 COLOR = (255, 110, 220)
 POLE, CLOTH = 1.0, 0.35
-"""Height of the pole, and length of the cloth [m]."""
+"""Height of the pole, and length of the cloth [m], of ATHLETE."""
 FLAG, LABEL = "/goal/flag", "/goal/text"
 SEGMENTS = np.array(
     [
@@ -44,10 +45,11 @@ class GoalDrawing:
         ground = None if live.state.dem is None else live.get(live.state.dem)
         z = float(height_at(ground, *goal)) if isinstance(ground, Dem) else 0.0
         foot = np.array([*goal, z if np.isfinite(z) else 0.0])
-        local, middle = near(SEGMENTS + foot)
+        segments = size(live.any_robot) * SEGMENTS
+        local, middle = near(segments + foot)
         scene = self._server.scene
         self._drawn.add(
             scene.add_line_segments, FLAG, local, COLOR, thickness=4.0, thickness_units="screen", position=middle
         )
-        self._drawn.add(scene.add_label, LABEL, "goal of the walk", position=foot + SEGMENTS[0, 1])
+        self._drawn.add(scene.add_label, LABEL, "goal of the walk", position=foot + segments[0, 1])
         self._of = (live.state.dem, goal)

@@ -1,4 +1,4 @@
-"""Where the scene is looked at from: presets, and a view that goes along with chassis or wheel."""
+"""Where the scene is looked at from: presets, and a view that goes along with chassis or foot."""
 
 from collections.abc import Callable
 from dataclasses import dataclass
@@ -8,19 +8,22 @@ import viser
 
 from footfall.core.arrays import Array
 from footfall.core.frames import apply, rotation
-from footfall.robot.kinematics import wheel_centers
-from footfall.robot.model import Robot
 from footfall.telemetry.state import RobotState
+from footfall_ui.scene.any_robot import AnyRobot, hip, lowest, outward, size, soles
 from footfall_ui.scene.drawn import server_of
 
 ABOVE = 9.0
-"""Of the view from the top, over the chassis [m]."""
+"""Of the view from the top, over the chassis [m]; as the lengths below it is that of ATHLETE."""
 BEHIND, OVER = 0.4, 1.8
 """Of the view along the leg, from its hip [m]: so high that the chassis does not hide the wheel."""
 BESIDE, LOW, ASIDE = 1.7, 0.5, 0.9
 """Of the view of the wheel, from its centre [m], and from the leg's direction [rad]: the leg would hide the ground."""
+VIEW_DISTANCE, VIEW_HEIGHT = 6.2, 3.4
+"""Of the first view from the middle of the rover, and from the ground under it [m]."""
+VIEW_ASIDE = 0.7
+"""Angle between the first view and the leg [rad]."""
 MOVED = 0.005
-"""A view goes along when what it follows has moved by more [m]."""
+"""A view goes along when what it follows has moved by more [m], of ATHLETE."""
 
 
 @dataclass(frozen=True)
@@ -31,27 +34,43 @@ class Eye:
     target: Array
 
 
-def eye_of(look: str, robot: Robot, state: RobotState, leg: int) -> Eye | None:
+def eye_of(look: str, robot: AnyRobot, state: RobotState, leg: int) -> Eye | None:
     """Of a preset (footfall.session.view.LOOKS); None where the look leaves the view as it is."""
     T, up = state.T_site_base, np.array([0.0, 0.0, 1.0])
-    wheel = apply(T, wheel_centers(robot, state.posture))[leg]
-    T_site_hip = T @ robot.description.legs[leg].T_base_hip
-    out = T_site_hip[:3, 0] * [1.0, 1.0, 0.0]
+    foot = apply(T, soles(robot, state.posture))[leg]
+    out = T[:3, :3] @ outward(robot, leg, state.posture) * [1.0, 1.0, 0.0]
     out /= np.linalg.norm(out)
+    large = size(robot)
     if look == "top":
         # a little aside: straight down, no side of the picture would be up
-        return Eye(T[:3, 3] + ABOVE * up - 0.01 * out, T[:3, 3])
+        return Eye(T[:3, 3] + large * (ABOVE * up - 0.01 * out), T[:3, 3])
     if look == "leg":
-        return Eye(T_site_hip[:3, 3] - BEHIND * out + OVER * up, wheel)
+        return Eye(apply(T, hip(robot, state.posture, leg)) + large * (OVER * up - BEHIND * out), foot)
     if look == "wheel":
-        return Eye(wheel + BESIDE * rotation("z", ASIDE)[:3, :3] @ out + LOW * up, wheel)
+        return Eye(foot + large * (BESIDE * rotation("z", ASIDE)[:3, :3] @ out + LOW * up), foot)
     return None
 
 
-def followed(look: str, robot: Robot, state: RobotState, leg: int) -> Array | None:
+def first_eye(robot: AnyRobot, leg: int, state: RobotState | None = None) -> Eye:
+    """Where a page that opens looks from: outside the leg that is worked with, a little to its side.
+
+    state: where the rover is; None: at the site's origin, on ground of height 0.
+    """
+    out, under, large = outward(robot, leg), np.zeros(3), size(robot)
+    if state is not None:
+        T = state.T_site_base
+        out = T[:3, :3] @ outward(robot, leg, state.posture) * [1.0, 1.0, 0.0]
+        out /= np.linalg.norm(out)
+        feet = [lowest(robot, state.posture, one, T)[2] for one in robot.legs]
+        under = np.array([T[0, 3], T[1, 3], min(feet)])
+    away = large * VIEW_DISTANCE * (rotation("z", VIEW_ASIDE)[:3, :3] @ out) * [1.0, 1.0, 0.0]
+    return Eye(under + away + [0.0, 0.0, large * VIEW_HEIGHT], under + 0.15 * away + [0.0, 0.0, large * 0.4])
+
+
+def followed(look: str, robot: AnyRobot, state: RobotState, leg: int) -> Array | None:
     """The point that a look goes along with, site frame (3,) [m]; None where it stays."""
     if look == "wheel":
-        return apply(state.T_site_base, wheel_centers(robot, state.posture))[leg]
+        return apply(state.T_site_base, soles(robot, state.posture))[leg]
     return state.T_site_base[:3, 3] if look == "follow" else None
 
 
@@ -64,7 +83,7 @@ class Looking:
         self._asked = 0
         self._at: Array | None = None
 
-    def look(self, look: str, asked: int, robot: Robot, state: RobotState, leg: int) -> None:
+    def look(self, look: str, asked: int, robot: AnyRobot, state: RobotState, leg: int) -> None:
         """asked: how often a look was asked for; each time it is taken anew."""
         point = followed(look, robot, state, leg)
         if asked != self._asked:
@@ -72,7 +91,7 @@ class Looking:
             eye = eye_of(look, robot, state, leg)
             if eye is not None:
                 self._in_loop(lambda camera: _put(camera, eye.position, eye.target))
-        elif point is not None and self._at is not None and np.linalg.norm(point - self._at) > MOVED:
+        elif point is not None and self._at is not None and np.linalg.norm(point - self._at) > MOVED * size(robot):
             along = point - self._at
             self._at = point
             self._in_loop(lambda camera: _put(camera, camera.position + along, camera.look_at + along))

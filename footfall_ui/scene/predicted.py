@@ -7,12 +7,11 @@ import viser
 from numpy.typing import NDArray
 
 from footfall.planning.between_rows import base_path
-from footfall.robot.model import Robot
 from footfall.sequence.commands import Sequence
 from footfall.session.log.fold import SessionState
 from footfall.telemetry.state import RobotState
+from footfall_ui.scene.any_robot import AnyRobot, DrawnRobot, drawn_robot, size
 from footfall_ui.scene.drawn import Drawn
-from footfall_ui.scene.robot import RobotDrawing
 
 COLOR = (170, 150, 255)
 OVER_CHASSIS = 0.6
@@ -21,7 +20,7 @@ LABEL = "/predicted-text"
 
 @dataclass(frozen=True)
 class Alongside:
-    """The predicted place nearest to the measured one: posture (legs × 6,) [rad], T_site_base (4, 4).
+    """The predicted place nearest to the measured one: posture (joints,) [rad or m], T_site_base (4, 4).
 
     text: by how much the worst joint and the chassis are beside it.
     """
@@ -39,7 +38,7 @@ def row_under_way(state: SessionState) -> int | None:
     return max((one.row for one in state.commands if one.run == run.number), default=None)
 
 
-def alongside(robot: Robot, sequence: Sequence, row: int, state: RobotState) -> Alongside:
+def alongside(robot: AnyRobot, sequence: Sequence, row: int, state: RobotState) -> Alongside:
     """Time says little of how far a row is; the measured joints, projected on its way, say it."""
     begin = sequence.predicted[row - 1] if row else sequence.start
     T_begin = sequence.poses[row - 1] if row else sequence.T_site_base
@@ -52,7 +51,9 @@ def alongside(robot: Robot, sequence: Sequence, row: int, state: RobotState) -> 
     worst = int(np.argmax(np.abs(beside)))
     apart = float(np.linalg.norm(state.T_site_base[:3, 3] - T_site_base[:3, 3]))
     name = robot.joint_names[worst].removesuffix("_joint").replace("_", " ")
-    text = f"row {row + 1}: {name} {np.rad2deg(beside[worst]):+z.2f}°, chassis {1000 * apart:z.0f} mm from predicted"
+    slides = robot.joint_names[worst] in robot.layout.sliding
+    off = f"{1000 * beside[worst]:+z.1f} mm" if slides else f"{np.rad2deg(beside[worst]):+z.2f}°"
+    text = f"row {row + 1}: {name} {off}, chassis {1000 * apart:z.0f} mm from predicted"
     return Alongside(posture, T_site_base, text)
 
 
@@ -61,14 +62,14 @@ class PredictedDrawing:
 
     def __init__(self, server: viser.ViserServer | viser.ClientHandle) -> None:
         self._server = server
-        self._drawing: RobotDrawing | None = None
+        self._drawing: DrawnRobot | None = None
         self._drawn = Drawn(server)
 
-    def show(self, robot: Robot, there: Alongside) -> None:
+    def show(self, robot: AnyRobot, there: Alongside) -> None:
         if self._drawing is None:
-            self._drawing = RobotDrawing(self._server, robot, "predicted", color=COLOR, opacity=0.3)
+            self._drawing = drawn_robot(self._server, robot, "predicted", color=COLOR, opacity=0.3)
         self._drawing.place(there.posture, there.T_site_base)
-        place = there.T_site_base[:3, 3] + [0.0, 0.0, OVER_CHASSIS]
+        place = there.T_site_base[:3, 3] + [0.0, 0.0, OVER_CHASSIS * size(robot)]
         self._drawn.add(self._server.scene.add_label, LABEL, there.text, position=place)
 
     def hide(self) -> None:

@@ -7,7 +7,7 @@ import numpy as np
 from footfall.telemetry.state import RobotState
 
 TURN = 2e-3
-"""Of a joint [rad], and of an entry of the chassis' rotation."""
+"""Of a joint [rad or m], and of an entry of the chassis' rotation."""
 SHIFT = 2e-3
 """Of the chassis [m]."""
 
@@ -20,7 +20,7 @@ def stands_still(before: RobotState, now: RobotState, legs: Sequence[int] | None
     if before.posture.shape != now.posture.shape:
         return False
     moved = np.abs(before.T_site_base - now.T_site_base)
-    joints = np.abs(before.posture - now.posture).reshape(-1, 6)
-    joints = joints if legs is None else joints[list(legs)]
-    turned = max(float(joints.max(initial=0.0)), float(moved[:3, :3].max()))
+    own = range(now.leg_count) if legs is None else legs
+    joints = [float(np.abs(before.leg(leg) - now.leg(leg)).max()) for leg in own]
+    turned = max([*joints, float(moved[:3, :3].max())])
     return turned <= TURN and float(moved[:3, 3].max()) <= SHIFT

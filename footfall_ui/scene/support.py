@@ -10,11 +10,10 @@ import viser
 from footfall.balance.balance_settings import BalanceSettings
 from footfall.core.arrays import Array
 from footfall.core.frames import apply
-from footfall.maps.support_outlines import Support, bearing, support_of
-from footfall.robot.kinematics import center_of_mass
-from footfall.robot.model import Robot
+from footfall.maps.support_outlines import Support, bearing
 from footfall.telemetry.state import RobotState
 from footfall.terrain.dem import Dem
+from footfall_ui.scene.any_robot import AnyRobot, feet, held, mass_center, size
 from footfall_ui.scene.drawn import Drawn
 from footfall_ui.scene.near import near
 from footfall_ui.scene.still import stands_still
@@ -23,7 +22,7 @@ from footfall_ui.scene.still import stands_still
 class Line(NamedTuple):
     """How an outline is drawn: color; dash and gap along it [m], no gap for a whole line; over the ground [m].
 
-    The page's gauge has the same patterns in its legend.
+    Lengths are those of ATHLETE, here and below. The page's gauge has the same patterns in its legend.
     """
 
     color: tuple[int, int, int]
@@ -52,25 +51,28 @@ THREAD = (150, 155, 165)
 class DrawnStance:
     """support: what the wheels hold; com: the centre of mass; foot: under it at the wheels' mean height, site (3,) [m].
 
-    margins: outline → [m], −inf where nothing is held, NaN where not known.
+    margins: outline → [m], −inf where nothing is held, NaN where not known. size: of what is drawn, see :func:`.size`;
+    feet: what they are called.
     """
 
     support: Support
     com: Array
     foot: Array
     margins: Mapping[str, float]
+    size: float = 1.0
+    feet: str = "wheels"
 
     def ring(self, outline: str) -> Array:
         """Corners on the ground, (m, 3) [m]; none where it is not known."""
         corners = self.support.corners.get(outline, np.zeros((0, 2)))
-        return np.column_stack([corners, np.full(len(corners), self.foot[2] + LINES[outline].over)])
+        return np.column_stack([corners, np.full(len(corners), self.foot[2] + LINES[outline].over * self.size)])
 
     @property
     def text(self) -> str:
         """The margins, in words; that with friction where it says something else."""
         plain, careful, friction = (self.margins[name] for name in LINES)
         if not np.isfinite(plain):
-            return "margin: too few wheels stand"
+            return f"margin: too few {self.feet} stand"
         told = [
             f"{'margin' if plain >= 0 else '✕ margin'} {plain:z.2f} m",
             f"any leg lost {careful:z.2f} m" if np.isfinite(careful) else "any leg lost: none",
@@ -82,17 +84,17 @@ class DrawnStance:
         return ", ".join(told)
 
 
-def stance_of(robot: Robot, state: RobotState, dem: Dem | None = None) -> DrawnStance:
+def stance_of(robot: AnyRobot, state: RobotState, dem: Dem | None = None) -> DrawnStance:
     """Of the wheels that bear load; without a terrain nothing is known of friction."""
-    return over(robot, state, support_of(robot, dem, state.posture, state.T_site_base, bearing(robot, state)))
+    return over(robot, state, held(robot, dem, state, bearing(robot, state)))
 
 
-def over(robot: Robot, state: RobotState, support: Support) -> DrawnStance:
+def over(robot: AnyRobot, state: RobotState, support: Support) -> DrawnStance:
     """The centre of mass of a state over what some wheels hold."""
-    com = apply(state.T_site_base, center_of_mass(robot, state.posture))
+    com = apply(state.T_site_base, mass_center(robot, state.posture))
     z = float(support.points[:, 2].mean()) if len(support.points) else float(state.T_site_base[2, 3])
     margins = {name: float(found[0]) for name, found in support.margins(com[None, :2]).items()}
-    return DrawnStance(support, com, np.array([com[0], com[1], z]), margins)
+    return DrawnStance(support, com, np.array([com[0], com[1], z]), margins, size(robot), feet(robot))
 
 
 def dashes(ring: Array, dash: float, gap: float) -> Array:
@@ -128,7 +130,7 @@ class SupportDrawing:
 
     def show(
         self,
-        robot: Robot,
+        robot: AnyRobot,
         state: RobotState,
         dem: Dem | None = None,
         balance: BalanceSettings | None = None,
@@ -139,10 +141,10 @@ class SupportDrawing:
         if self._of is not None and self._of[1] == (asked, region) and stands_still(self._of[0], state):
             return
         self._of = None
-        stance = over(robot, state, self._held(robot, state, dem, balance, asked))
-        cross = np.array([[[-ARM, 0, 0], [ARM, 0, 0]], [[0, -ARM, 0], [0, ARM, 0]]]) + stance.foot
+        stance = over(robot, state, self._feet_hold(robot, state, dem, balance, asked))
+        cross = np.array([[[-ARM, 0, 0], [ARM, 0, 0]], [[0, -ARM, 0], [0, ARM, 0]]]) * stance.size + stance.foot
         plumb = np.concatenate([cross, [[stance.com, stance.foot]]])
-        top = stance.com + np.array([0.0, 0.0, MAST])
+        top = stance.com + np.array([0.0, 0.0, MAST * stance.size])
         lines: dict[str, tuple[Array, tuple[int, int, int]]] = {
             "com": (plumb, MASS),
             "thread": (np.array([[stance.com, top]]), THREAD),
@@ -150,7 +152,7 @@ class SupportDrawing:
         for name, line in LINES.items():
             ring = stance.ring(name)
             if len(ring) > 1 and (region or name != "friction"):
-                lines[name] = (dashes(ring, line.dash, line.gap), line.color)
+                lines[name] = (dashes(ring, line.dash * stance.size, line.gap * stance.size), line.color)
         scene = self._server.scene
         with self._server.atomic():
             for name, (segments, color) in lines.items():
@@ -168,14 +170,14 @@ class SupportDrawing:
             self._drawn.only([*(f"/support/{name}" for name in lines), "/support/margin"])
         self._of = state, (asked, region)
 
-    def _held(
-        self, robot: Robot, state: RobotState, dem: Dem | None, balance: BalanceSettings | None, asked: tuple
+    def _feet_hold(
+        self, robot: AnyRobot, state: RobotState, dem: Dem | None, balance: BalanceSettings | None, asked: tuple
     ) -> Support:
         """In a step only the leg in the air moves: what the others hold stays."""
         legs = asked[0]
         if self._support is not None and self._support[2] == asked and stands_still(self._support[1], state, legs):
             return self._support[0]
-        found = support_of(robot, dem, state.posture, state.T_site_base, legs, balance)
+        found = held(robot, dem, state, legs, balance)
         self._support = found, state, asked
         return found
 

@@ -9,23 +9,21 @@ from numpy.typing import NDArray
 from footfall.core.frames import quat_wxyz
 from footfall.planning.between_rows import at
 from footfall.planning.motion import Motion
-from footfall.robot.kinematics import link_poses
-from footfall.robot.model import Robot
+from footfall_ui.scene.any_robot import AnyRobot, Ts_base_part, part_meshes
 from footfall_ui.scene.drawn import Drawn
 from footfall_ui.scene.near import near
-from footfall_ui.scene.robot import GHOST, leg_links
+from footfall_ui.scene.robot import GHOST
 
 SAMPLES = 9
 
 
-def swept_poses(robot: Robot, motion: Motion, count: int = SAMPLES) -> Mapping[str, NDArray[np.float64]]:
+def swept_poses(robot: AnyRobot, motion: Motion, count: int = SAMPLES) -> Mapping[str, NDArray[np.float64]]:
     """Ts_site_link (count, 4, 4) of every link that moves, evenly along the motion from its start to its end."""
-    leg = motion.leg
-    links = set(robot.description.meshes) if leg is None else leg_links(robot, leg)
+    links = part_meshes(robot, motion.leg)
     placed = []
     for moment in np.linspace(0.0, 1.0, count):
         posture, T_site_base = at(motion, float(moment))
-        placed.append({link: T_site_base @ T for link, T in link_poses(robot, posture).items() if link in links})
+        placed.append({link: T_site_base @ T for link, T in Ts_base_part(robot, posture).items() if link in links})
     return {link: np.array([one[link] for one in placed]) for link in sorted(links)}
 
 
@@ -37,14 +35,14 @@ class SweptDrawing:
         self._drawn = Drawn(server)
         self._of = ""
 
-    def show(self, robot: Robot, motion: Motion, digest: str) -> None:
+    def show(self, robot: AnyRobot, motion: Motion, digest: str) -> None:
         """digest: names the motion; the same one is not drawn again."""
         if self._of == digest:
             return
         self._of = ""
-        names = []
+        names, meshes = [], part_meshes(robot, motion.leg)
         for link, Ts in swept_poses(robot, motion).items():
-            mesh = robot.description.meshes[link]
+            mesh = meshes[link]
             names.append(f"/swept/{link}")
             places, middle = near(Ts[:, :3, 3])
             self._drawn.add(

@@ -9,7 +9,7 @@ from footfall_ui.scene.near import near
 
 COLOR = (255, 240, 120)
 TICK = 0.15
-"""Height of the mark at each point [m]."""
+"""Height of the mark at each point [m], of ATHLETE."""
 LINES, LABEL = "/tape/lines", "/tape/text"
 
 
@@ -30,15 +30,15 @@ class TapeDrawing:
         self._drawn = Drawn(server)
         self._of: Points = ()
 
-    def show(self, points: Points) -> None:
-        """points: one or two, site frame [m]; none: nothing is drawn."""
+    def show(self, points: Points, size: float = 1.0) -> None:
+        """points: one or two, site frame [m]; none: nothing is drawn. size: see :func:`.any_robot.size`."""
         if not points:
             self.hide()
             return
         if points == self._of:
             return
         self._of = ()
-        ends, up = np.array(points), np.array([0.0, 0.0, TICK])
+        ends, up = np.array(points), np.array([0.0, 0.0, TICK * size])
         segments = np.stack([ends, ends + up], axis=1)
         if len(ends) == 2:
             segments = np.concatenate([segments, (ends + up)[None]])

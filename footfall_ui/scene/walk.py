@@ -8,7 +8,11 @@ import viser
 from numpy.typing import NDArray
 
 from footfall.planning.gait.problem import GaitPlan, GaitResult
+from footfall.planning.legged.footfalls import footfalls
+from footfall.planning.legged.problem import LeggedPlan, LeggedResult
 from footfall.planning.walk.problem import WalkPlan, WalkResult, foot_moves_in_words
+from footfall.robot.legged.legged_robot import LeggedRobot
+from footfall_ui.scene.any_robot import AnyRobot, reach
 from footfall_ui.scene.drawn import Drawn
 from footfall_ui.scene.near import near
 
@@ -16,6 +20,8 @@ FOOTFALLS, WAY = (255, 170, 70), (120, 220, 255)
 SIZE = 0.1
 """Half the length of a mark's arms [m]."""
 OVER_GROUND = 0.03
+ARM, ABOVE = 0.03, 0.006
+"""The same two of a robot that others described, as shares of its reach."""
 MARKS, LINE, END = "/walk/marks", "/walk/chassis", "/walk/end"
 
 
@@ -38,6 +44,13 @@ def footfall_marks(plan: WalkPlan | GaitPlan) -> tuple[Mark, ...]:
     )
 
 
+def legged_marks(robot: LeggedRobot, plan: LeggedPlan) -> tuple[Mark, ...]:
+    """As :func:`footfall_marks`, of a robot that others described: with the names of its legs."""
+    up = np.array([0.0, 0.0, ABOVE * reach(robot)])
+    found = enumerate(footfalls(robot, plan), 1)
+    return tuple(Mark(one.point + up, f"{number}: {robot.leg_names[one.leg]}") for number, one in found)
+
+
 def chassis_line(Ts_site_base: NDArray[np.float64]) -> NDArray[np.float64]:
     """The way of the chassis' origin through poses (n, 4, 4), site frame (m, 2, 3) [m]; empty where it stays."""
     at = Ts_site_base[:, :3, 3]
@@ -45,15 +58,19 @@ def chassis_line(Ts_site_base: NDArray[np.float64]) -> NDArray[np.float64]:
     return segments[(segments[:, 0] != segments[:, 1]).any(axis=1)]
 
 
-def end_text(result: WalkResult | GaitResult) -> str:
+def end_text(result: WalkResult | GaitResult | LeggedResult) -> str:
     """What is said where the chassis ends."""
     plan = result.plan or result.partial
     if plan is None:
         return ""
-    told = foot_moves_in_words(plan) if isinstance(plan, WalkPlan) else f"{len(plan.groups)} steps of the gait"
-    if result.plan is None:
-        return f"✕ it comes this far: {told}"
-    return f"walk: {told}" if isinstance(plan, WalkPlan) else told
+    if isinstance(plan, GaitPlan):
+        told = f"{len(plan.groups)} steps of the gait"
+        return told if result.plan is not None else f"✕ it comes this far: {told}"
+    if isinstance(plan, WalkPlan):
+        told = foot_moves_in_words(plan)
+    else:
+        told = f"{len(plan.moves)} foot move{'' if len(plan.moves) == 1 else 's'}"
+    return f"walk: {told}" if result.plan is not None else f"✕ it comes this far: {told}"
 
 
 class WalkDrawing:
@@ -64,7 +81,8 @@ class WalkDrawing:
         self._drawn = Drawn(server)
         self._of = ""
 
-    def show(self, result: WalkResult | GaitResult) -> None:
+    def show(self, robot: AnyRobot, result: WalkResult | GaitResult | LeggedResult) -> None:
+        """robot: whose it is."""
         if self._of == result.digest:
             return
         self._of = ""
@@ -72,7 +90,12 @@ class WalkDrawing:
         if plan is None:
             self._drawn.clear()
             return
-        self.draw(footfall_marks(plan), plan.Ts_site_base, end_text(result))
+        if isinstance(plan, LeggedPlan):
+            if not isinstance(robot, LeggedRobot):
+                raise TypeError(f"{robot.name} does not walk so")
+            self.draw(legged_marks(robot, plan), plan.Ts_site_base, end_text(result), ARM * reach(robot))
+        else:
+            self.draw(footfall_marks(plan), plan.Ts_site_base, end_text(result))
         self._of = result.digest
 
     def draw(self, marks: Sequence[Mark], Ts_site_base: NDArray[np.float64], text: str, size: float = SIZE) -> None:

@@ -2,9 +2,9 @@
 
 import viser
 
-from footfall.robot.model import Robot
 from footfall.telemetry.state import RobotState
-from footfall_ui.scene.robot import GHOST, RobotDrawing
+from footfall_ui.scene.any_robot import AnyRobot, DrawnRobot, drawn_robot
+from footfall_ui.scene.robot import GHOST
 
 
 class WhatIfDrawing:
@@ -12,11 +12,11 @@ class WhatIfDrawing:
 
     def __init__(self, server: viser.ViserServer | viser.ClientHandle) -> None:
         self._server = server
-        self._drawing: RobotDrawing | None = None
+        self._drawing: DrawnRobot | None = None
 
-    def show(self, robot: Robot, state: RobotState) -> None:
+    def show(self, robot: AnyRobot, state: RobotState) -> None:
         if self._drawing is None:
-            self._drawing = RobotDrawing(self._server, robot, "what-if", color=GHOST, opacity=0.35)
+            self._drawing = drawn_robot(self._server, robot, "what-if", color=GHOST, opacity=0.35)
         self._drawing.place(state.posture, state.T_site_base)
 
     def hide(self) -> None:

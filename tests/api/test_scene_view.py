@@ -154,7 +154,7 @@ def test_a_print_lies_on_the_ground_where_a_wheel_was_put_down(viewed, athlete, 
         view = SimpleNamespace(shown=SimpleNamespace(tracks=shown))
         state = SimpleNamespace(dem="dem", commands=commands)
         choices = SimpleNamespace(view=view)
-        return cast(Any, SimpleNamespace(state=state, choices=choices, robot=athlete, get=products.__getitem__))
+        return cast(Any, SimpleNamespace(state=state, choices=choices, any_robot=athlete, get=products.__getitem__))
 
     drawing = TracksDrawing(server)
     for commands, shown, there in (((), True, False), ((done,), True, True), ((done,), False, False)):

@@ -19,8 +19,9 @@ from footfall.balance.region import EquilibriumRegion, equilibrium_region, regio
 from footfall.balance.support import conservative_polygon, margins, support_polygon
 from footfall.core.arrays import Array
 from footfall.core.errors import InvalidInput
-from footfall.maps.standing import Contacts, contacts
+from footfall.maps.standing import contacts
 from footfall.robot.ik import contact_point
+from footfall.robot.legged.legged_robot import LeggedRobot
 from footfall.robot.model import Robot
 from footfall.telemetry.state import RobotState
 from footfall.terrain.dem import Dem
@@ -78,7 +79,7 @@ class Support:
         return found
 
 
-def bearing(robot: Robot, state: RobotState) -> list[int]:
+def bearing(robot: Robot | LeggedRobot, state: RobotState) -> list[int]:
     """Legs whose wheels bear a share of the rover; all of them where no force is known."""
     up = state.wheel_forces[:, 2]
     least = LEAST_SHARE * float(up.sum())
@@ -106,24 +107,42 @@ def support_of(
     Returns:
         Contacts, support polygons and equilibrium regions.
     """
-    balance = balance or BalanceSettings()
     if dem is None:
         found = [contact_point(robot, posture, leg, T_site_base) for leg in legs]
-        points = np.array(found).reshape(-1, 3)
-        region, unknown, assumed = None, "there is no terrain: the slope under the wheels is not known", ()
-    else:
-        feet = contacts(robot, dem, posture, T_site_base, legs)
-        points = feet.points
-        region, unknown = _region(feet, balance)
-        assumed = tuple(leg for leg, seen in zip(legs, feet.seen, strict=True) if not seen)
+        return support_on(legs, np.array(found).reshape(-1, 3), None)
+    feet = contacts(robot, dem, posture, T_site_base, legs)
+    assumed = tuple(leg for leg, seen in zip(legs, feet.seen, strict=True) if not seen)
+    return support_on(legs, feet.points, feet.normals, balance, assumed)
+
+
+def support_on(
+    legs: Sequence[int],
+    points: Array,
+    normals: Array | None,
+    balance: BalanceSettings | None = None,
+    assumed: tuple[int, ...] = (),
+) -> Support:
+    """What feet hold that touch the ground at known places.
+
+    Args:
+        legs: numbers of the legs that stand, k of them.
+        points: where they touch, (k, 3) in site [m].
+        normals: of the ground there, (k, 3); None: there is no terrain, and the equilibrium region is not known.
+        balance: friction and the sides of its cones count; None: as delivered.
+        assumed: legs under which nobody saw the ground.
+
+    Returns:
+        Contacts, support polygons and equilibrium regions.
+    """
+    balance = balance or BalanceSettings()
+    region, unknown = None, "there is no terrain: the slope under the wheels is not known"
+    if normals is not None:
+        try:
+            region = equilibrium_region(points, normals, balance.friction, balance.sides, TOLERANCE)
+            unknown = ""
+        except InvalidInput as error:
+            unknown = str(error)
     corners = {"plain": support_polygon(points), "conservative": conservative_polygon(points)}
     if region is not None:
         corners["friction"] = region.corners
     return Support(tuple(legs), points, corners, region, unknown, assumed)
-
-
-def _region(feet: Contacts, balance: BalanceSettings) -> tuple[EquilibriumRegion | None, str]:
-    try:
-        return equilibrium_region(feet.points, feet.normals, balance.friction, balance.sides, TOLERANCE), ""
-    except InvalidInput as error:
-        return None, str(error)
