@@ -146,7 +146,7 @@ def test_candidates_have_the_margin_of_their_stance_and_what_binds_it(rng):
                 assert (None if found.pairs[i] == NONE else (start[i], end[i])) == one.feet
                 assert (None if found.lost[i] == NONE else found.lost[i]) == one.lost
                 x, y = np.vstack([fixed, place]).T.copy()
-                assert margin_of_feet(x, y, *com, int(conservative)) == pytest.approx(one.margin, abs=1e-12)
+                assert margin_of_feet(x, y, com[0], com[1], int(conservative)) == pytest.approx(one.margin, abs=1e-12)
 
 
 @pytest.mark.parametrize("bad", [np.nan, np.inf, -np.inf])

@@ -244,7 +244,8 @@ def test_without_a_word_nothing_more_is_kept_raised_or_asked_of_the_drum(athlete
     assert not checks(athlete, posture, drum=True).tables.drums.any()
     drums = checks(athlete, posture, ground, clearance=EXTRA, drum=True).tables.drums
     assert np.array_equal(drums, wheel_drums(athlete.description, ground, EXTRA))
-    least, whole = (clearance_ground(athlete, dem.heights, dem.geometry, *more) for more in ((), (0.0, None, np.inf)))
+    least = clearance_ground(athlete, dem.heights, dem.geometry)
+    whole = clearance_ground(athlete, dem.heights, dem.geometry, 0.0, None, np.inf)
     assert np.array_equal(least.radii, whole.radii)
     assert np.array_equal(least.cells, whole.cells)
     assert least.radii[-1] == np.concatenate(tested._required_radii(athlete.description, 0.0)).max()

@@ -6,7 +6,7 @@ from typing import Any
 
 import numpy as np
 import pytest
-from scipy.optimize import brentq
+from scipy.optimize import root_scalar
 
 from footfall.core.errors import CommandRefused
 from footfall.core.value import Provenance
@@ -115,7 +115,7 @@ def test_wheels_of_a_rover_that_sags_rest_where_they_are_predicted(athlete):
     def moved(angle: float) -> float:
         return float(np.linalg.norm(wheel_centers(athlete, bent(angle)) - wheel_centers(athlete, posture), axis=1)[LEG])
 
-    edge = brentq(lambda angle: moved(angle) - FOOT_MOVED, 0.0, 0.5, xtol=1e-12)
+    edge = root_scalar(lambda angle: moved(angle) - FOOT_MOVED, bracket=(0.0, 0.5), xtol=1e-12).root
     for share, row, known, held in (
         (0.999, BEGINS, True, False),
         (1.001, BEGINS, True, True),
