@@ -15,6 +15,7 @@ import * as next from "./texts/next.js";
 import * as page from "./texts/page.js";
 import * as plan from "./texts/plan.js";
 import * as plots from "./texts/plots.js";
+import * as queue from "./texts/queue.js";
 import * as record from "./texts/record.js";
 import * as sag from "./texts/sag.js";
 import * as scene from "./texts/scene.js";
@@ -23,7 +24,7 @@ import * as shared from "./texts/shared.js";
 import * as telemetry from "./texts/telemetry.js";
 import * as walk from "./texts/walk.js";
 
-const AREAS = { commands, conn, footfall, ghost, ground, images, kinds, link, login, next, page, plan, plots, record, sag, scene, sessions, shared, telemetry, walk };
+const AREAS = { commands, conn, footfall, ghost, ground, images, kinds, link, login, next, page, plan, plots, queue, record, sag, scene, sessions, shared, telemetry, walk };
 const ATTRIBUTES = [["title", "title"], ["label", "aria-label"], ["placeholder", "placeholder"]];
 
 // A key that the catalogue lacks is shown as it is: nothing stays without a word. Tests refuse such keys.

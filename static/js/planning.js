@@ -23,6 +23,16 @@ export function askForPlan(ask) {
 // Whether its answer is not there yet.
 export const awaited = () => asked !== null && (!id || isOpen(known.jobs.get(id)));
 
+// The job once it has ended, as it should: throws where it was refused or cancelled.
+export async function jobEnded(job) {
+  while (isOpen(job)) {
+    await new Promise((done) => setTimeout(done, LOOK_AGAIN));
+    job = await get(`/jobs/${job.id}`);
+  }
+  if (job.state !== "done") throw new Error(job.error?.message ?? job.text);
+  return job;
+}
+
 // The page knows the answer to it. Throws where there will be none: nothing is made of the plan before it.
 export async function answered() {
   const mine = asked;

@@ -12,6 +12,7 @@ import { known, subscribe } from "../store.js";
 import * as texts from "../texts/plan.js";
 import * as shared from "../texts/shared.js";
 import * as alternatives from "./alternatives.js";
+import * as queue from "./queue.js";
 import { settled as inHand } from "./hand.js";
 import * as through from "./through.js";
 
@@ -29,6 +30,7 @@ export function start() {
   subscribe(draw);
   through.start();
   alternatives.start();
+  queue.start();
 }
 
 async function load() {

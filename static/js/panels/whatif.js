@@ -10,9 +10,11 @@ import { known, subscribe } from "../store.js";
 import { refresh } from "../stream.js";
 import { makeCommands } from "../texts/commands.js";
 import * as texts from "../texts/plan.js";
+import { add as queueIt } from "../texts/queue.js";
 import * as shared from "../texts/shared.js";
 import { wayOfMove } from "./commands.js";
 import { computeMaps } from "./ground.js";
+import { add, plannedAfter } from "./queue.js";
 
 const { FIELDS, shiftTold } = texts;
 
@@ -77,10 +79,12 @@ const find = () => attempt(async () => {
   await post("/sessions/current/shifts", { leg: chosen.leg, target: [chosen.x, chosen.y], ...reserve() });
 });
 
-const check = () => attempt(() => post("/sessions/current/body-moves", { shift: shift(), ...reserve() }));
+const check = () => attempt(() => post("/sessions/current/body-moves", { shift: shift(), after: plannedAfter(), ...reserve() }));
 
 // what is not kept is asked for as such
 const reserve = () => ($("keep-reserve").checked ? {} : { settings: { reach_reserve: 0, joint_reserve: 0 } });
+
+const queueMove = (digest) => attempt(() => add(digest));
 
 // commands of a checked move of the chassis: they start from how the rover stands, not from the what-if
 const make = (digest) => attempt(async () => {
@@ -135,6 +139,7 @@ function showAnswer(kind, answer, text) {
       className: one.holds ? "yes" : "no",
       textContent: texts.checkTold(one),
     }))),
-    ...(answer.plan ? [element("button", { id: "make-body-move", type: "button", textContent: makeCommands, onclick: () => make(answer.digest) })] : []),
+    ...(answer.plan ? [element("button", { id: "make-body-move", type: "button", textContent: makeCommands, onclick: () => make(answer.digest) }),
+      element("button", { id: "queue-body-move", type: "button", textContent: queueIt, onclick: () => queueMove(answer.digest) })] : []),
   );
 }
