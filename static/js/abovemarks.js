@@ -18,15 +18,20 @@ const wayOf = ({ summary, walk }) => (outOfDate(summary.up_to_date.walk) ? null 
 
 // The footfalls of that walk, in their order: legs, and where they come down [m].
 // A walk of a robot that others described does not say the places.
-const footfallsOf = (facts) => (wayOf(facts)?.stances ? wayOf(facts).legs : []).map((leg, number) => ({ leg, at: wayOf(facts).stances[number + 1].contacts[leg].slice(0, 2) }));
+export const footfallsOf = (facts) => (wayOf(facts)?.stances ? wayOf(facts).legs : []).map((leg, number) => ({ leg, at: wayOf(facts).stances[number + 1].contacts[leg].slice(0, 2) }));
 
-// place: site [m] → pixel; facts: what the page knows; places: forbidden and pinned ones, for the next walk.
-export function paintMarks(pen, place, facts, { forbidden, pinned }) {
+// place: site [m] → pixel; facts: what the page knows; places: forbidden and pinned ones, for the next walk; moves: of its
+// footfalls, also the one in hand.
+export function paintMarks(pen, place, facts, { forbidden, pinned }, moves) {
   const { summary, robot, frame, route } = facts;
   if (route?.plan && !outOfDate(summary.up_to_date.route)) line(pen, route.plan.points.map(place), COLOURS.route);
   if (wayOf(facts)) paintWalk(pen, place, wayOf(facts), footfallsOf(facts));
   for (const { x, y } of forbidden) crossed(pen, place([x, y]));
   for (const { x, y, leg } of pinned) boxed(pen, place([x, y]), String(leg));
+  for (const { from, to } of moves) {
+    line(pen, [place(from), place(to)], COLOURS.pinned, [4, 4]);
+    dot(pen, place(to), COLOURS.pinned);
+  }
   if (summary.view.goal) paintGoal(pen, place(summary.view.goal));
   if (summary.footfall) {
     const at = place([summary.footfall.x, summary.footfall.y]);

@@ -6,6 +6,7 @@ import { ROOT, get } from "../api.js";
 import { fitted, moved, toPixel, toSite, zoomed } from "../above.js";
 import { COLOURS, cross, paintMarks, paintScale } from "../abovemarks.js";
 import { chooseFootfall } from "../choosing.js";
+import { nearest } from "../footfallmoves.js";
 import { $, asTyped, attempt, element } from "../dom.js";
 import { explainKey, heardFirst } from "../keys.js";
 import { layerOptions, subscribeToLayers } from "../layers.js";
@@ -15,7 +16,7 @@ import * as texts from "../texts/ground.js";
 import * as shared from "../texts/shared.js";
 import { ink } from "../themes.js";
 import { picks, setGoal } from "./goal.js";
-import { placesSaid } from "./walk.js";
+import { carryFootfall, footfallsMeant, letFootfallGo, movesShown, placesSaid, takeFootfall } from "./walk.js";
 
 const SIDES = ["left", "right"];
 const FIRST = { left: "footing", right: "footing_friction" };
@@ -24,6 +25,7 @@ const CLOSER = 1.5; // times as large
 const WHEEL = 0.0015; // of a power of e for each pixel
 const STEP = 40; // px
 const CLICK = 4; // px: a hand that moves farther drags the map
+const GRASP = 9; // px: a footfall of the walk that is nearer is taken in hand
 const CLOSE = 60; // pixels a metre, from which the rover fills a part of the picture
 
 let about = null; // what the server says of the shown maps: geometry, layers
@@ -105,12 +107,15 @@ const placeAt = (canvas, event) => toSite(lies(sizeOf(canvas)), sizeOf(canvas), 
 /** @param {[number, number]} at */
 const chooseAt = ([x, y]) => (picks() ? setGoal(x, y) : chooseFootfall(x, y));
 
+// The walk's footfall under a hand; null where there is none.
+const footfallAt = (canvas, event) => nearest(footfallsMeant(), (at) => toPixel(lies(sizeOf(canvas)), sizeOf(canvas), at), pixel(canvas, event), GRASP);
+
 function listen(canvas) {
   let down = null; // where a hand took hold, and how the map lay then
   let drags = false;
   canvas.addEventListener("pointerdown", (event) => {
     if (event.button !== 0 || !known.summary?.dem) return;
-    down = { at: pixel(canvas, event), lie: lies(sizeOf(canvas)) };
+    down = { at: pixel(canvas, event), lie: lies(sizeOf(canvas)), footfall: footfallAt(canvas, event) };
     drags = false;
     canvas.setPointerCapture(event.pointerId);
   });
@@ -118,15 +123,23 @@ function listen(canvas) {
     if (!known.summary?.dem) return;
     if (down) {
       const by = pixel(canvas, event).map((one, i) => one - down.at[i]);
-      drags ||= Math.hypot(...by) > CLICK;
-      if (drags) show(moved(down.lie, by));
+      if (!drags && Math.hypot(...by) > CLICK) {
+        drags = true;
+        if (down.footfall) takeFootfall(down.footfall);
+      }
+      if (drags && down.footfall) carryFootfall(placeAt(canvas, event));
+      else if (drags) show(moved(down.lie, by));
     } else readOut(placeAt(canvas, event));
   });
   canvas.addEventListener("pointerup", (event) => {
     if (down && !drags) chooseAt(placeAt(canvas, event));
+    if (down?.footfall) letFootfallGo(true);
     down = null;
   });
-  canvas.addEventListener("pointercancel", () => { down = null; });
+  canvas.addEventListener("pointercancel", () => {
+    if (down?.footfall) letFootfallGo(false);
+    down = null;
+  });
   canvas.addEventListener("pointerleave", () => { cursor = null; paint(); });
   canvas.addEventListener("wheel", (event) => {
     if (!known.summary?.dem) return;
@@ -237,7 +250,7 @@ function paintSide(side, canvas) {
     pen.font = "14px system-ui, sans-serif";
     pen.fillText(shared.notComputed, 12, 24);
   }
-  paintMarks(pen, place, known, placesSaid());
+  paintMarks(pen, place, known, placesSaid(), movesShown());
   if (cursor) cross(pen, place(cursor), COLOURS.pointer);
   paintScale(pen, lying, size);
 }

@@ -3,9 +3,12 @@
 
 import { act } from "../acts.js";
 import { once, post } from "../api.js";
+import { footfallsOf } from "../abovemarks.js";
 import { settled } from "../choosing.js";
 import { $, attempt, element } from "../dom.js";
 import { outOfDate } from "../fits.js";
+import { meantOf, movedTo, withMoves } from "../footfallmoves.js";
+import { explainKey, heardFirst } from "../keys.js";
 import { unfold } from "../layout.js";
 import { isAthletes, orders } from "../robot.js";
 import { freeze } from "../stance.js";
@@ -18,7 +21,9 @@ import { isFilledIn } from "./goal.js";
 import { paidOut, showTether, tether } from "./tether.js";
 
 let shown = ""; // digest of the walk that is shown
-let places = { forbidden: [], pinned: [] }; // what the operator says of the ground, for the next plan
+let said = { forbidden: [], pinned: [] }; // what the operator says of the ground, for the next plan
+let moves = []; // footfalls of the shown walk that a hand moved, for the next plan
+let held = null; // the move of the footfall in hand; null: none
 
 export function start() {
   $("walk-form").addEventListener("submit", (event) => event.preventDefault()); // its button acts
@@ -28,6 +33,8 @@ export function start() {
   act({ text: texts.commandRest, button: "walk-rest", run: () => command(left()), refusal: notNext });
   act({ text: texts.planAgain, button: "walk-again", run: again, refusal: () => (known.summary?.walk ? "" : texts.noWalk) });
   act({ text: texts.forgetPlaces, button: "walk-places-clear", run: () => say({ forbidden: [], pinned: [] }) });
+  for (const [keys, text] of texts.MOVE_KEYS) explainKey(keys, text);
+  heardFirst(press);
   subscribe(draw);
 }
 
@@ -56,14 +63,80 @@ const again = () => attempt(async () => {
 
 // What is said of places counts with the next plan.
 function say(wanted) {
-  places = wanted;
-  const told = Object.entries(places).filter(([, of]) => of.length).map(([what, of]) => texts.some(of.length, what)).join(", ");
-  $("walk-places").hidden = !told;
-  $("walk-places-text").textContent = told && texts.placesTold(told);
+  said = wanted;
+  moves = [];
+  tellPlaces();
 }
 
-// What was said: { forbidden: [{x, y}], pinned: [{x, y, leg}] }.
-export const placesSaid = () => places;
+function tellPlaces() {
+  const told = Object.entries(placesSaid()).filter(([, of]) => of.length).map(([what, of]) => texts.some(of.length, what)).join(", ");
+  $("walk-places").hidden = !told;
+  $("walk-places-text").textContent = told && texts.placesTold(told);
+  markMoved();
+  changed();
+}
+
+// What was said: { forbidden: [{x, y, …}], pinned: [{x, y, leg}] }.
+export const placesSaid = () => withMoves(said, moves);
+
+// -- footfalls moved by hand -----------------------------------------------------------------------
+
+// Those that are moved, with the one in hand where it is now.
+export const movesShown = () => (held ? movedTo(moves, held) : moves);
+
+// The footfalls of the shown walk, where they are to be.
+export const footfallsMeant = () => meantOf(footfallsOf(known), movesShown());
+
+export function takeFootfall({ number, leg, from, at }) {
+  held = { number, leg, from, to: at };
+  carryFootfall(at);
+}
+
+export function carryFootfall(to) {
+  if (!held) return;
+  held = { ...held, to };
+  $("walk-places").hidden = false;
+  $("walk-places-text").textContent = texts.movingTo(held.number + 1, to);
+  changed();
+}
+
+// keep: it stays where it was put, and counts with the next plan; else it goes back.
+export function letFootfallGo(keep) {
+  if (!held) return;
+  if (keep) moves = movedTo(moves, held);
+  held = null;
+  tellPlaces();
+}
+
+const [MOVED, MOVED_FINELY] = [0.05, 0.01]; // m a key
+const STEPS = { ArrowLeft: [-1, 0], ArrowRight: [1, 0], ArrowUp: [0, 1], ArrowDown: [0, -1] };
+
+// Keys of a footfall: on its button arrows move it, Enter puts it there; Escape lets go of one in any hand.
+function press(event) {
+  if (event.key === "Escape" && held) {
+    letFootfallGo(false);
+    return true;
+  }
+  const button = event.target.closest?.("[data-moves]");
+  if (!button) return false;
+  if (event.key === "Enter" && held) {
+    letFootfallGo(true);
+    return true;
+  }
+  if (!(event.key in STEPS)) return false;
+  const number = Number(button.dataset.moves);
+  if (held?.number !== number) takeFootfall(footfallsMeant()[number]);
+  const far = event.shiftKey ? MOVED_FINELY : MOVED;
+  carryFootfall(held.to.map((one, i) => one + far * STEPS[event.key][i]));
+  return true;
+}
+
+function markMoved() {
+  for (const [number, item] of [...$("walk-answer").querySelectorAll("ol > li")].entries()) {
+    const move = moves.find((one) => one.number === number);
+    item.querySelector("[data-moved]").textContent = move ? texts.movedTo(move.to) : "";
+  }
+}
 
 // As the fields have it: yaw null where any heading will do.
 export function goalMeant() {
@@ -71,7 +144,7 @@ export function goalMeant() {
   return { x: Number($("walk-x").value), y: Number($("walk-y").value), yaw: heading === "" ? null : (Number(heading) * Math.PI) / 180 };
 }
 
-export const walkSettings = () => ({ seed: Number($("seed").value), ...places });
+export const walkSettings = () => ({ seed: Number($("seed").value), ...placesSaid() });
 
 const planWalk = () => attempt(async () => {
   await settled();
@@ -100,6 +173,8 @@ function draw({ summary, walk }) {
   drawWalking(summary.walking);
   if ((walk?.digest ?? "") === shown) return;
   shown = walk?.digest ?? "";
+  held = null;
+  say(placesSaid()); // what was moved is of the walk before: it stays said, by its places
   if (walk) show(walk);
   else $("walk-answer").replaceChildren();
 }
@@ -160,9 +235,16 @@ function footMoves(plan) {
       figure(texts.marginOf(margin), margin === worst.margin, "least"), ", ",
       figure(texts.torqueOf(torque), torque === worst.torque, "most"),
       number in out ? texts.tetherBy(out[number]) : " ",
-      mark(texts.forbid, texts.forbidPlace(number + 1), () => say({ ...places, forbidden: [...places.forbidden, place(at)] })),
-      mark(texts.pin, texts.pinPlace(number + 1), () => say({ ...places, pinned: [...places.pinned, { ...place(at), leg }] })));
+      mark(texts.forbid, texts.forbidPlace(number + 1), () => add({ forbidden: [place(at)], pinned: [] })),
+      mark(texts.pin, texts.pinPlace(number + 1), () => add({ forbidden: [], pinned: [{ ...place(at), leg }] })),
+      element("button", { type: "button", textContent: texts.move, ariaLabel: texts.movePlace(number + 1), title: texts.aboutMove, "data-moves": number, onclick: () => takeFootfall(footfallsMeant()[number]) }),
+      element("em", { "data-moved": "" }));
   });
+}
+
+function add({ forbidden, pinned }) {
+  said = { forbidden: [...said.forbidden, ...forbidden], pinned: [...said.pinned, ...pinned] };
+  tellPlaces();
 }
 
 const place = ([x, y]) => ({ x, y });

@@ -66,6 +66,15 @@ export const worstOfWalk = (what) => `The ${what} of the whole walk`;
 export const forbid = "Forbid";
 export const forbidPlace = (number) => `Forbid the place of foot move ${number}`;
 export const pin = "Pin";
+export const move = "Move";
+export const movePlace = (number) => `Move the footfall of foot move ${number}`;
+export const aboutMove = "Then arrow keys move it, Enter puts it there, Esc leaves it. On the map, drag it.";
+export const movingTo = (number, at) => `Foot move ${number} to ${place(at, 2)}: Enter puts it there, Esc leaves it.`;
+export const movedTo = (at) => ` → ${place(at, 2)}, not planned yet`;
+export const MOVE_KEYS = [
+  ["← → ↑ ↓", "On a footfall's Move: move it by 5 cm, with Shift by 1 cm"],
+  ["Enter Esc", "A footfall that is moved: put it there; leave it"],
+];
 export const pinPlace = (number) => `Pin the place of foot move ${number}`;
 export const ofWalk = (number, count, leg) => `foot move ${number} of ${count}, leg ${leg}`;
 export const chassisToItsGoal = "the chassis to its goal";
