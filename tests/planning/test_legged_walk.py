@@ -3,8 +3,10 @@
 from copy import copy
 from dataclasses import replace
 from functools import cache
+from itertools import count
 from pathlib import Path
 from tempfile import mkdtemp
+from types import SimpleNamespace
 
 import numpy as np
 import pytest
@@ -18,7 +20,9 @@ from footfall.planning.any_robot import plan_step, plan_walk, stand
 from footfall.planning.legged.at_ease import at_ease
 from footfall.planning.legged.foot_move import LEAP
 from footfall.planning.legged.problem import LeggedSettings
-from footfall.planning.legged.walk import THIN
+from footfall.planning.legged.step import tally_in_words
+from footfall.planning.legged.walk import BACK, THIN
+from footfall.planning.legged.whole_check import Refusal, Tally
 from footfall.robot.legged.find_legs import legged_model
 from footfall.robot.legged.legged_robot import LeggedRobot
 from footfall.robot.legged.posture import placed
@@ -245,6 +249,36 @@ def test_a_walk_that_a_margin_forbids_tells_whether_a_thin_one_allows_it():
     assert plan_walk(robot, dem, state, goal, replace(wide, least_margin=THIN)).status is Status.FOUND
 
 
+def test_a_dead_end_is_left_by_foot_moves_taken_back(monkeypatch):
+    """So much margin leaves the chassis so few places that the first choice of foot moves leads nowhere."""
+    _, robot = robot_of(4)
+    dem, goal = ground_for(4, "smooth"), (0.4, 0.0)
+    state, wide = stand(robot, dem), replace(UNHURRIED, least_margin=0.19)
+    result = plan_walk(robot, dem, state, goal, wide)
+    assert result.plan is not None, result.reason
+    assert judged(4, dem, result.plan) == []
+    monkeypatch.setattr("footfall.planning.legged.walk.BACK", 0)
+    ended = plan_walk(robot, dem, state, goal, wide)
+    assert ended.status is Status.NO_PATH
+    assert "m from the goal, no foot can go on" in ended.reason
+    assert "other ways" not in ended.reason
+    assert ended.partial is not None
+    assert 0 < len(ended.partial.moves) < len(result.plan.moves)
+
+
+def test_time_that_runs_out_behind_a_dead_end_tells_how_far_the_walk_came(monkeypatch):
+    _, robot = robot_of(4)
+    dem, clock = ground_for(4, "smooth"), count()
+    # the clock goes on by 1 s for each foot move: after five there is a dead end, and one of them is taken back
+    monkeypatch.setattr("footfall.planning.legged.walk.time", SimpleNamespace(monotonic=lambda: float(next(clock))))
+    late = LeggedSettings(time_limit=6.5, least_margin=0.19)
+    result = plan_walk(robot, dem, stand(robot, dem), (0.4, 0.0), late)
+    assert result.status is Status.TIME_LIMIT
+    assert result.reason.startswith("no walk within 6.5 s; after 5 foot moves")
+    assert result.partial is not None
+    assert len(result.partial.moves) == 5
+
+
 def test_what_refuses_is_named_with_its_size():
     _, robot = robot_of(6)
     flat = ground_for(6, "smooth")
@@ -262,12 +296,22 @@ def test_what_refuses_is_named_with_its_size():
     assert stopped.status is Status.NO_PATH
     assert "m from the goal, no foot can go on" in stopped.reason
     assert "footfall refused" in stopped.reason
+    assert f"; {BACK} other ways, from up to {BACK} foot moves before, lead no farther" in stopped.reason
     with pytest.raises(InvalidInput, match="legs 0 to 5"):
         plan_step(robot, flat, state, 6, (0.0, 0.0))
     with pytest.raises(InvalidInput, match="a goal needs x and y"):
         plan_walk(robot, flat, state, (1.0,))
     with pytest.raises(InvalidInput, match="the state is one of ring"):
         plan_walk(robot_of("A1")[1], flat, state, (0.1, 0.0))
+
+
+def test_tries_are_told_by_the_nearest_one_and_where_it_was():
+    tally = Tally()
+    tally.refuse(Refusal("limits", float("nan"), "leg a does not reach"))
+    assert tally_in_words(tally) == "limits refused 1 tries (leg a does not reach)"
+    for margin_left, where in ((-0.2, "knee"), (-0.1, "hip"), (float("nan"), "leg b does not reach")):
+        tally.refuse(Refusal("limits", margin_left, where))
+    assert tally_in_words(tally) == "limits refused 4 tries (at best -0.1: hip)"
 
 
 def test_unknown_ground_is_neither_stood_on_nor_stepped_on():

@@ -1,6 +1,7 @@
 """One foot move of a legged robot: the chassis goes where the other feet carry it, then the foot is lifted over."""
 
-from collections.abc import Callable, Iterator
+from collections.abc import Callable, Iterable, Iterator
+from itertools import tee
 from typing import NamedTuple
 
 import numpy as np
@@ -38,31 +39,42 @@ class FootMove(NamedTuple):
     tally: Tally
 
 
-def foot_move(
-    ground: Ground, state: LeggedState, leg: int, target: Rest, x: float, y: float, yaw: float, tally: Tally
-) -> FootMove | None:
-    """Move a leg to a rest, the chassis wanted at a place with a heading.
+def foot_moves(
+    ground: Ground, state: LeggedState, leg: int, targets: Iterable[Rest], x: float, y: float, yaw: float
+) -> Iterator[FootMove | Refusal]:
+    """Move a leg to rests, the chassis wanted at a place with a heading; each try is made when it is asked for.
 
     Args:
         ground: robot, terrain and settings.
         state: how the robot stands.
         leg: number of the leg, from 0.
-        target: where the sole is to rest.
+        targets: where the sole may rest.
         x: east, of the chassis in site [m].
         y: north, of the chassis in site [m].
         yaw: heading of the chassis in site [rad].
-        tally: takes the refusals.
 
-    Returns:
-        The foot move; None where every pose was refused.
+    Yields:
+        For each rest in its turn what refused poses, and a foot move where one is found.
     """
+    # where the foot is lifted is the same for all rests, and looked at once
+    ready = _lifting(ground, state, leg, x, y, yaw)
+    for target in targets:
+        ready, each = tee(ready)
+        for began, free in each:
+            found = began if isinstance(began, Refusal) else _move_from(ground, state, leg, target, began, free)
+            yield found
+            if isinstance(found, FootMove):
+                break
+
+
+def _lifting(
+    ground: Ground, state: LeggedState, leg: int, x: float, y: float, yaw: float
+) -> Iterator[tuple[Sample | Refusal, Tally]]:
+    """Where the foot may be lifted, or what refuses it there; and the margins."""
     standing = [one for one in ground.robot.legs if one != leg]
     for T in poses(ground, state.soles, state.contacts, standing, x, y, yaw, state.q):
-        found = move_at(ground, state, leg, target, T)
-        if isinstance(found, FootMove):
-            return found
-        tally.refuse(found)
-    return None
+        own = Tally()
+        yield foot_free(ground, state, leg, T, own), own
 
 
 def move_at(
@@ -83,8 +95,21 @@ def move_at(
     """
     own = Tally()
     began = foot_free(ground, state, leg, T, own)
-    if isinstance(began, Refusal):
-        return began
+    return began if isinstance(began, Refusal) else _move_from(ground, state, leg, target, began, own, over)
+
+
+def _move_from(
+    ground: Ground,
+    state: LeggedState,
+    leg: int,
+    target: Rest,
+    began: Sample,
+    free: Tally,
+    over: FootLine | None = None,
+) -> FootMove | Refusal:
+    """The foot move from where the foot bears nothing any more; free: the margins there."""
+    own = Tally()
+    own.merge(free)
     way: list[Sample] = []
     for sample in foot_way(ground, leg, target, began, over):
         held = sample if isinstance(sample, Refusal) else judged(ground, sample, state, leg, own)
@@ -95,7 +120,7 @@ def move_at(
     if isinstance(ahead, Refusal):
         return ahead
     end = set_down(ground, state, leg, target, way[-1])
-    settled = ground.check.margins(end.q, T, all_standing(end))
+    settled = ground.check.margins(end.q, end.T_site_base, all_standing(end))
     if isinstance(settled, Refusal):
         return settled
     own.take(settled, f"leg {ground.robot.leg_names[leg]} down")

@@ -8,7 +8,7 @@ from footfall.core.errors import InvalidInput
 from footfall.core.frames import apply, heading
 from footfall.core.value import Provenance
 from footfall.planning.answers import Status
-from footfall.planning.legged.foot_move import foot_move, plan_of
+from footfall.planning.legged.foot_move import FootMove, foot_moves, plan_of
 from footfall.planning.legged.footing import rest
 from footfall.planning.legged.problem import LeggedResult, LeggedSettings, LeggedState
 from footfall.planning.legged.stance import Ground, all_standing
@@ -72,8 +72,12 @@ def _plan(ground: Ground, state: LeggedState, leg: int, target: tuple[float, flo
         text = f"the ground at {where} is {slope:z.2f} rad steep, more than {settings.steepest:g}"
         return no_plan(ground, state, Status.GOAL_INVALID, text, tally)
     T = state.T_site_base
-    yaw = heading(T)
-    found = foot_move(ground, state, leg, down, float(T[0, 3]), float(T[1, 3]), yaw, tally)
+    found: FootMove | None = None
+    for tried in foot_moves(ground, state, leg, [down], float(T[0, 3]), float(T[1, 3]), heading(T)):
+        if isinstance(tried, FootMove):
+            found = tried
+        else:
+            tally.refuse(tried)
     if found is None:
         text = f"leg {robot.leg_names[leg]} can't go to {where}: {tally_in_words(tally)}"
         return no_plan(ground, state, Status.NO_PATH, text, tally)
@@ -139,7 +143,7 @@ def tally_in_words(tally: Tally) -> str:
     parts = []
     for name, count in tally.most_refused():
         margin, where = tally.nearest[name]
-        size = "" if np.isnan(margin) else f" (at best {margin:+.4g}: {where})"
+        size = f" ({where})" if np.isnan(margin) else f" (at best {margin:+.4g}: {where})"
         parts.append(f"{name} refused {count} tries{size}")
     return "; ".join(parts) or "no pose of the chassis keeps the weight over the other feet"
 

@@ -1,20 +1,23 @@
 """A walk of a legged robot to a goal: a wave of foot moves, before each of them the chassis goes where it must.
 
-The wave keeps the feet a part of a stride apart from each other (McGhee & Frank, 1968). It is no search over stances: a
-foot move that is refused is tried shorter, then with another leg; where all are refused the walk ends there.
+The wave keeps the feet a part of a stride apart from each other (McGhee & Frank, 1968). A foot move that is refused is
+tried shorter, then with another leg. Where all are refused the last foot moves are taken back and made in other ways:
+one at the first dead end, one more at each that follows, until the walk gets farther.
 """
 
 import time
 from collections.abc import Iterator
 from dataclasses import replace
 from itertools import islice
+from typing import NamedTuple
 
 import numpy as np
 
+from footfall.core.arrays import Array
 from footfall.core.progress import Progress, no_progress
 from footfall.planning.answers import Status
 from footfall.planning.legged.chassis_poses import poses
-from footfall.planning.legged.foot_move import FootMove, Sample, chassis_way, foot_move, plan_of
+from footfall.planning.legged.foot_move import FootMove, chassis_way, foot_moves, plan_of
 from footfall.planning.legged.guide import Guide, guide_to, wave
 from footfall.planning.legged.problem import LeggedPlan, LeggedResult, LeggedSettings, LeggedState
 from footfall.planning.legged.stance import Ground
@@ -38,31 +41,106 @@ SHORTER = (1.0, 0.6, 0.3)
 """Shares of a stride that are tried."""
 FOOTFALLS = 4
 """Places that are tried for each stride."""
+BACK = 6
+"""Dead ends that a walk may come to before it gets farther; at the last of them so many foot moves are taken back."""
 THIN = 0.02
 """The margin that a walk is looked for with once more, where none is found: a share of the longest leg. In physics feet
 that stand come off the ground with it."""
 
 
+class _Step(NamedTuple):
+    """leg: that moved. s: where on the guide its foot is at ease [m]. move: how."""
+
+    leg: int
+    s: float
+    move: FootMove
+
+
+class _DeadEnd(NamedTuple):
+    """share: of the guide that the feet have behind them on average. answer: of a walk that ends here."""
+
+    share: float
+    answer: LeggedResult
+
+    def told(self, others: int) -> LeggedResult:
+        """The answer, after so many other ways were tried, the last from as many foot moves before."""
+        if not others:
+            return self.answer
+        back = f"{others} other ways, from up to {others} foot moves before, lead no farther"
+        return replace(self.answer, reason=f"{self.answer.reason}; {back}")
+
+
 class _Walk:
-    """How far a walk has come: its way so far, and for each foot the place on the guide at which it is at ease [m]."""
+    """How far a walk has come: its foot moves, and for each foot the place on the guide at which it is at ease [m].
 
-    def __init__(self, ground: Ground, state: LeggedState, guide: Guide) -> None:
-        self.ground, self.start, self.state, self.guide = ground, state, state, guide
-        self.samples: list[Sample] = []
-        self.moves: list[int] = []
-        self.on_guide = np.zeros(len(ground.robot.legs))
-        self.tally = Tally()
+    ahead: for each foot move, and for the next one, what else may be tried in its place.
+    """
 
-    def take(self, leg: int, s: float, move: FootMove) -> None:
-        self.samples += move.samples[1:] if self.samples else move.samples
-        self.moves.append(leg)
-        self.on_guide[leg] = s
-        self.state = move.end
-        self.tally.merge(move.tally)
+    def __init__(self, ground: Ground, state: LeggedState, guide: Guide, goal: WalkGoal) -> None:
+        self.ground, self.start, self.guide, self.goal = ground, state, guide, goal
+        self.order, self.stride = wave(ground, guide), 2 * ground.settings.stride * ground.ease.stroke
+        self.steps: list[_Step] = []
+        self.arrival: FootMove | None = None
+        self.tries = Tally()
+        self.ahead = [_moves(self)]
+
+    @property
+    def ways(self) -> list[FootMove]:
+        return [*(one.move for one in self.steps), *([self.arrival] if self.arrival else [])]
+
+    @property
+    def state(self) -> LeggedState:
+        return self.ways[-1].end if self.ways else self.start
+
+    @property
+    def on_guide(self) -> Array:
+        places = np.zeros(len(self.ground.robot.legs))
+        for leg, s, _ in self.steps:
+            places[leg] = s
+        return places
+
+    @property
+    def share(self) -> float:
+        """Of the guide that the feet have behind them on average, 0…1; 0 where it has no length."""
+        return float(self.on_guide.mean()) / (self.guide.length or 1.0)
+
+    @property
+    def feet_are_there(self) -> bool:
+        return bool((self.on_guide >= self.guide.length - 1e-9).all())
+
+    def goes_on(self) -> bool:
+        """Whether one more foot move is found, or the chassis' way to the goal where all feet are there."""
+        if self.feet_are_there:
+            self.arrival = _arrival(self)
+            return self.arrival is not None
+        self.tries = Tally()
+        step = next(self.ahead[-1], None)
+        if step is None:
+            return False
+        self.steps.append(step)
+        self.ahead.append(_moves(self))
+        return True
+
+    def goes_back(self, count: int) -> None:
+        """Takes so many foot moves back, all where there are fewer."""
+        left = max(len(self.steps) - count, 0)
+        del self.steps[left:], self.ahead[left + 1 :]
 
     @property
     def plan(self) -> LeggedPlan | None:
-        return plan_of(self.samples, self.moves, self.start, self.state) if self.samples else None
+        ways = self.ways
+        if not ways:
+            return None
+        samples = [ways[0].samples[0], *(sample for way in ways for sample in way.samples[1:])]
+        return plan_of(samples, [one.leg for one in self.steps], self.start, self.state)
+
+    @property
+    def tally(self) -> Tally:
+        """The least margins of the whole way."""
+        least = Tally()
+        for way in self.ways:
+            least.merge(way.tally)
+        return least
 
 
 def plan_walk(
@@ -116,59 +194,73 @@ def _plan(ground: Ground, state: LeggedState, goal: WalkGoal, progress: Progress
     refused = start_refused(ground, state) or goal_refused(ground, state, goal)
     if refused is not None:
         return refused
-    walk = _Walk(ground, state, guide_to(ground, state.T_site_base, goal))
-    began, tries = time.monotonic(), Tally()
-    order = wave(ground, walk.guide)
-    stride = 2 * ground.settings.stride * ground.ease.stroke
-    while (walk.on_guide < walk.guide.length - 1e-9).any():
+    walk = _Walk(ground, state, guide_to(ground, state.T_site_base, goal), goal)
+    began, ends = time.monotonic(), 0
+    farthest: _DeadEnd | None = None
+    while walk.arrival is None:
         if time.monotonic() - began > ground.settings.time_limit:
-            return _not_found(walk, Status.TIME_LIMIT, f"no walk within {ground.settings.time_limit:g} s", tries)
-        tries = Tally()
-        if not _one_move(walk, order, stride, tries):
-            return _not_found(walk, Status.NO_PATH, f"no foot can go on: {tally_in_words(tries)}", tries)
-        progress(float(walk.on_guide.mean()) / walk.guide.length, f"{len(walk.moves)} foot moves")
-    if not _arrives(walk, goal, tries):
-        return _not_found(walk, Status.NO_PATH, f"the chassis can't get over the goal: {tally_in_words(tries)}", tries)
-    return _answer(walk, Status.FOUND, "", tries, walk.plan, None)
+            return _cut_short(walk, farthest)
+        if walk.goes_on():
+            progress(walk.share, f"{len(walk.steps)} foot moves")
+            continue
+        if farthest is None or walk.share > farthest.share:
+            ends, farthest = 0, _dead_end(walk)
+        if ends == BACK or not walk.steps:
+            return farthest.told(ends)
+        ends += 1
+        walk.goes_back(ends)
+    return _answer(walk, Status.FOUND, "", walk.plan, None)
 
 
-def _one_move(walk: _Walk, order: list[int], stride: float, tries: Tally) -> bool:
-    """Move the foot that is due, or where that is refused another; False where all are."""
-    ground, guide = walk.ground, walk.guide
-    for leg, s in _due(walk, order, stride):
-        middle = walk.on_guide.copy()
+def _dead_end(walk: _Walk) -> _DeadEnd:
+    what = "the chassis can't get over the goal" if walk.feet_are_there else "no foot can go on"
+    return _DeadEnd(walk.share, _not_found(walk, Status.NO_PATH, f"{what}: {tally_in_words(walk.tries)}"))
+
+
+def _cut_short(walk: _Walk, farthest: _DeadEnd | None) -> LeggedResult:
+    """The answer where time ran out: as far as the walk came at all."""
+    late = f"no walk within {walk.ground.settings.time_limit:g} s"
+    if farthest is None or walk.share > farthest.share:
+        return _not_found(walk, Status.TIME_LIMIT, late)
+    return replace(farthest.answer, status=Status.TIME_LIMIT, reason=f"{late}; {farthest.answer.reason}")
+
+
+def _moves(walk: _Walk) -> Iterator[_Step]:
+    """Foot moves from where a walk is: of the foot that is due, then of others, each planned when asked for."""
+    ground, guide, state, on_guide = walk.ground, walk.guide, walk.state, walk.on_guide
+    for leg, s in _due(walk, on_guide):
+        middle = on_guide.copy()
         middle[leg] = (middle[leg] + s) / 2
         x, y, yaw = guide.at(float(middle.mean()))
         targets = list(islice(ground.footfalls(leg, *ground.home(leg, *guide.at(s))), FOOTFALLS))
         if not targets:
-            tries.refuse(Refusal("footfall", float("nan"), "no ground is known and not too steep"))
-        for target in targets:
-            move = foot_move(ground, walk.state, leg, target, x, y, yaw, tries)
-            if move is not None:
-                walk.take(leg, s, move)
-                return True
-    return False
+            walk.tries.refuse(Refusal("footfall", float("nan"), "no ground is known and not too steep"))
+        for found in foot_moves(ground, state, leg, targets, x, y, yaw):
+            if isinstance(found, FootMove):
+                yield _Step(leg, s, found)
+            else:
+                walk.tries.refuse(found)
 
 
-def _due(walk: _Walk, order: list[int], stride: float) -> Iterator[tuple[int, float]]:
+def _due(walk: _Walk, on_guide: Array) -> Iterator[tuple[int, float]]:
     """Legs, and how far along the guide each is to go: the one farthest behind first, its longest stride first.
 
     The first foot moves are shorter, so that the feet come to stand a part of a stride apart.
     """
-    turns = {leg: turn for turn, leg in enumerate(order)}
-    behind = sorted(walk.ground.robot.legs, key=lambda leg: (round(float(walk.on_guide[leg]), 6), turns[leg]))
+    turns = {leg: turn for turn, leg in enumerate(walk.order)}
+    behind = sorted(walk.ground.robot.legs, key=lambda leg: (round(float(on_guide[leg]), 6), turns[leg]))
     for leg in behind:
-        at = float(walk.on_guide[leg])
+        at = float(on_guide[leg])
         share = 1.0 if at > 0 else (turns[leg] + 1) / len(turns)
         for shorter in SHORTER:
-            s = min(at + share * shorter * stride, walk.guide.length)
+            s = min(at + share * shorter * walk.stride, walk.guide.length)
             if s > at:
                 yield leg, s
 
 
-def _arrives(walk: _Walk, goal: WalkGoal, tries: Tally) -> bool:
-    """The chassis goes over the goal, or as near as its weight and legs let it within what the goal allows."""
-    ground, state = walk.ground, walk.state
+def _arrival(walk: _Walk) -> FootMove | None:
+    """The chassis' way over the goal, or as near as its weight and legs let it within what the goal allows."""
+    ground, state, goal, tries = walk.ground, walk.state, walk.goal, walk.tries
     x, y, yaw = walk.guide.at(walk.guide.length)
     for T in poses(ground, state.soles, state.contacts, ground.robot.legs, x, y, yaw, state.q):
         own, off = Tally(), float(np.hypot(T[0, 3] - goal.x, T[1, 3] - goal.y))
@@ -179,11 +271,9 @@ def _arrives(walk: _Walk, goal: WalkGoal, tries: Tally) -> bool:
         if isinstance(way, Refusal):
             tries.refuse(way)
             continue
-        walk.samples += way[1:] if walk.samples else way
-        walk.state = ground.state(way[-1].q, T, state.soles, state.contacts, state.normals)
-        walk.tally.merge(own)
-        return True
-    return False
+        end = ground.state(way[-1].q, T, state.soles, state.contacts, state.normals)
+        return FootMove(way, end, own)
+    return None
 
 
 def goal_refused(ground: Ground, state: LeggedState, goal: WalkGoal) -> LeggedResult | None:
@@ -196,15 +286,15 @@ def goal_refused(ground: Ground, state: LeggedState, goal: WalkGoal) -> LeggedRe
     return None
 
 
-def _not_found(walk: _Walk, status: Status, reason: str, tries: Tally) -> LeggedResult:
+def _not_found(walk: _Walk, status: Status, reason: str) -> LeggedResult:
     T, (x, y, _) = walk.state.T_site_base, walk.guide.at(walk.guide.length)
     away = float(np.hypot(T[0, 3] - x, T[1, 3] - y))
-    reason = f"after {len(walk.moves)} foot moves, {away:z.2f} m from the goal, {reason}"
-    return _answer(walk, status, reason, tries, None, walk.plan)
+    reason = f"after {len(walk.steps)} foot moves, {away:z.2f} m from the goal, {reason}"
+    return _answer(walk, status, reason, None, walk.plan)
 
 
 def _answer(
-    walk: _Walk, status: Status, reason: str, tries: Tally, plan: LeggedPlan | None, partial: LeggedPlan | None
+    walk: _Walk, status: Status, reason: str, plan: LeggedPlan | None, partial: LeggedPlan | None
 ) -> LeggedResult:
     ground = walk.ground
     return LeggedResult(
@@ -212,7 +302,7 @@ def _answer(
         plan,
         reason,
         walk.tally.checks(),
-        tries.most_refused(),
+        walk.tries.most_refused(),
         unchecked(ground.robot),
         provenance(ground, walk.start),
         partial,

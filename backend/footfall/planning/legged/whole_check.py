@@ -157,7 +157,8 @@ class Tally:
     def refuse(self, refusal: Refusal) -> None:
         """Counts what refused one configuration, and keeps by how little at best."""
         self.refused[refusal.name] = self.refused.get(refusal.name, 0) + 1
-        if refusal.name not in self.nearest or refusal.margin > self.nearest[refusal.name][0]:
+        kept = self.nearest.get(refusal.name)
+        if kept is None or refusal.margin > kept[0] or np.isnan(kept[0]):
             self.nearest[refusal.name] = refusal.margin, refusal.where
 
     def checks(self) -> tuple[Check, ...]:
