@@ -6,15 +6,83 @@ correlations of the grid with fixed kernels, and the fast Fourier transform does
 unknown, three of the nine sums are left, over whole heights instead of the four corners of each block.
 """
 
-from typing import Any
+from dataclasses import dataclass
 
 import numpy as np
 from numpy.fft import irfft2, rfft2
 from numpy.typing import NDArray
 from scipy.fft import next_fast_len
 
-from footfall.core.arrays import Array, Complexes
+from footfall.core.arrays import Array, Complexes, Ints, Mask
 from footfall.terrain.dem import Dem
+
+Corner = tuple[int, int]
+"""Of a block: how many rows and columns it lies from the south-western one."""
+
+
+@dataclass(frozen=True)
+class _Disc:
+    """Samples of a disc about a cell's centre, n of them.
+
+    dx, dy: (n,) from the centre [m]. row, col: (n,) block that each falls into, counted from the one whose
+    south-western corner is the cell. weights: (n,) barycentric, of the corners of that block. reach: how many cells
+    from the centre the corners lie at most.
+    """
+
+    dx: Array
+    dy: Array
+    row: Ints
+    col: Ints
+    weights: dict[Corner, Array]
+    reach: int
+
+
+def _disc(radius: float, resolution: float) -> _Disc:
+    steps = int(np.ceil(radius / min(resolution, radius / 4) - 1e-9))
+    offset = np.arange(-steps, steps + 1, dtype=float) * (radius / steps)
+    dx, dy = (a.ravel() for a in np.meshgrid(offset, offset))
+    in_disc = np.hypot(dx, dy) <= radius * (1 + 1e-9)
+    dx, dy = dx[in_disc], dy[in_disc]
+    col, row = np.floor(dx / resolution).astype(int), np.floor(dy / resolution).astype(int)
+    east, north = dx / resolution - col, dy / resolution - row
+    # a block is cut from south-west to north-east
+    lower = east >= north
+    weights = {
+        (0, 0): np.where(lower, 1 - east, 1 - north),
+        (0, 1): np.where(lower, east - north, 0.0),
+        (1, 0): np.where(lower, 0.0, north - east),
+        (1, 1): np.where(lower, north, east),
+    }
+    reach = max(-int(col.min()), int(col.max()) + 1, -int(row.min()), int(row.max()) + 1)
+    return _Disc(dx, dy, row, col, weights, reach)
+
+
+class _Correlation:
+    """Sums over the samples of a disc about every cell but those at the rim, by the fast Fourier transform.
+
+    shape: of the window of cells that the disc is laid onto.
+    """
+
+    def __init__(self, disc: _Disc, shape: tuple[int, int]) -> None:
+        self._disc = disc
+        self._shape = _fast(shape[0]), _fast(shape[1])
+        self.inner = shape[0] - 2 * disc.reach, shape[1] - 2 * disc.reach
+
+    def transform(self, cells: Array) -> Complexes:
+        """Of a layer of the window."""
+        return rfft2(cells, s=self._shape)
+
+    def kernel(self, *parts: tuple[Corner, Array]) -> Complexes:
+        """Transform of the samples' weights (n,) at a corner of their blocks, mirrored for correlation."""
+        disc, (rows, cols) = self._disc, self._shape
+        grid = np.zeros(self._shape)
+        for (i, j), values in parts:
+            np.add.at(grid, (-(disc.row + i + disc.reach) % rows, -(disc.col + j + disc.reach) % cols), values)
+        return rfft2(grid)
+
+    def sums(self, spectrum: Complexes) -> Array:
+        """Of each inner cell."""
+        return irfft2(spectrum, s=self._shape)[: self.inner[0], : self.inner[1]]
 
 
 def cell_normals(dem: Dem, radius: float, rows: slice, cols: slice) -> tuple[Array, Array]:
@@ -33,61 +101,47 @@ def cell_normals(dem: Dem, radius: float, rows: slice, cols: slice) -> tuple[Arr
     Returns:
         Normals (…, 3), and known shares (…) 0…1.
     """
-    resolution = dem.geometry.resolution
-    steps = int(np.ceil(radius / min(resolution, radius / 4) - 1e-9))
-    offset = np.arange(-steps, steps + 1) * (radius / steps)
-    dx, dy = (a.ravel() for a in np.meshgrid(offset, offset))
-    in_disc = np.hypot(dx, dy) <= radius * (1 + 1e-9)
-    dx, dy = dx[in_disc], dy[in_disc]
-    ones = np.ones(len(dx))
-    col, row = np.floor(dx / resolution).astype(int), np.floor(dy / resolution).astype(int)
-    east, north = dx / resolution - col, dy / resolution - row
-    reach = max(-int(col.min()), int(col.max()) + 1, -int(row.min()), int(row.max()) + 1)
-
-    heights = _window(dem.heights, rows, cols, reach)
+    disc = _disc(radius, dem.geometry.resolution)
+    heights = _window(dem.heights, rows, cols, disc.reach)
     known = np.isfinite(heights)
-    block = known[:-1, :-1] & known[1:, :-1] & known[:-1, 1:] & known[1:, 1:]
     level = float(heights[known].mean()) if known.any() else 0.0
     heights = np.where(known, heights - level, 0.0)
-    # barycentric weights on the corners of a block cut from south-west to north-east
-    lower = east >= north
-    weights: dict[tuple[int, int], NDArray[Any]] = {
-        (0, 0): np.where(lower, 1 - east, 1 - north),
-        (0, 1): np.where(lower, east - north, 0.0),
-        (1, 0): np.where(lower, 0.0, north - east),
-        (1, 1): np.where(lower, north, east),
-    }
-    shape = _fast(heights.shape[0]), _fast(heights.shape[1])
-    out_shape = (block.shape[0] - 2 * reach + 1, block.shape[1] - 2 * reach + 1)
-
-    def kernel(values: NDArray[Any]) -> Complexes:
-        """Transform of the samples' weights by the block they fall in, mirrored for correlation."""
-        grid = np.zeros(shape)
-        np.add.at(grid, (-(row + reach) % shape[0], -(col + reach) % shape[1]), values)
-        return rfft2(grid)
-
-    def sums(spectrum: Complexes) -> Array:
-        return irfft2(spectrum, s=shape)[: out_shape[0], : out_shape[1]]
-
     if known.all():
-        # the lattice is symmetric: its samples' x and y have mean 0 and are not correlated
-        spectrum = rfft2(heights, s=shape)
-        slopes = []
-        for offset in (dx, dy):
-            moment = np.zeros(shape)
-            for (i, j), weight in weights.items():
-                np.add.at(moment, (-(row + i + reach) % shape[0], -(col + j + reach) % shape[1]), weight * offset)
-            slopes.append(sums(spectrum * rfft2(moment)) / np.square(offset).sum())
-        normals = np.stack([-slopes[0], -slopes[1], np.ones(out_shape)], axis=-1)
-        return normals / np.linalg.norm(normals, axis=-1, keepdims=True), np.ones(out_shape)
+        normals = _where_all_is_known(disc, heights)
+        return normals, np.ones(normals.shape[:2])
+    return _beside_holes(disc, heights, known, radius)
 
-    blocks = rfft2(block.astype(float), s=shape)
-    count, sx, sy, sxx, sxy, syy = (sums(blocks * kernel(w)) for w in (ones, dx, dy, dx * dx, dx * dy, dy * dy))
+
+def _where_all_is_known(disc: _Disc, heights: Array) -> Array:
+    """Normals (…, 3). The lattice is symmetric: its samples' x and y have mean 0 and are not correlated."""
+    over = _Correlation(disc, heights.shape)
+    spectrum = over.transform(heights)
+    slopes = []
+    for offset in (disc.dx, disc.dy):
+        moment = over.kernel(*((corner, weight * offset) for corner, weight in disc.weights.items()))
+        slopes.append(over.sums(spectrum * moment) / np.square(offset).sum())
+    normals = np.stack([-slopes[0], -slopes[1], np.ones(over.inner)], axis=-1)
+    return normals / np.linalg.norm(normals, axis=-1, keepdims=True)
+
+
+def _beside_holes(disc: _Disc, heights: Array, known: Mask, radius: float) -> tuple[Array, Array]:
+    """Normals (…, 3), NaN where too little is known, and known shares (…)."""
+    over = _Correlation(disc, heights.shape)
+    dx, dy, ones = disc.dx, disc.dy, np.ones(len(disc.dx))
+    block = known[:-1, :-1] & known[1:, :-1] & known[:-1, 1:] & known[1:, 1:]
+    blocks = over.transform(block.astype(float))
+    count, sx, sy, sxx, sxy, syy = (
+        over.sums(blocks * over.kernel(((0, 0), w))) for w in (ones, dx, dy, dx * dx, dx * dy, dy * dy)
+    )
     corners = {
-        (i, j): rfft2(block * heights[i : i + block.shape[0], j : j + block.shape[1]], s=shape) for i, j in weights
+        (i, j): over.transform(block * heights[i : i + block.shape[0], j : j + block.shape[1]]) for i, j in disc.weights
     }
     sz, sxz, syz = (
-        sums(np.sum([corners[corner] * kernel(weight * w) for corner, weight in weights.items()], axis=0))
+        over.sums(
+            np.sum(
+                [corners[corner] * over.kernel(((0, 0), weight * w)) for corner, weight in disc.weights.items()], axis=0
+            )
+        )
         for w in (ones, dx, dy)
     )
     count = np.rint(count)

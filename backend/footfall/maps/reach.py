@@ -19,7 +19,7 @@ from footfall.core.grid import GridGeometry
 from footfall.core.progress import Progress, no_progress, part
 from footfall.maps.layers import LIFT
 from footfall.maps.leg_collisions import LegCollisions
-from footfall.maps.leg_postures import LegFrame, choose_postures
+from footfall.maps.leg_postures import LegFrame, Postures, choose_postures
 from footfall.maps.normals import cell_normals
 from footfall.maps.reach_classes import JOINT_LIMIT, NO_GEOMETRY, OUT_OF_RANGE, UNKNOWN, explained
 from footfall.maps.wheel_seat import wheel_seat
@@ -131,22 +131,10 @@ def reach(
     progress(0.2, "normals fitted")
     found = _solved(robot, state, leg, contacts, normals)
     progress(0.3, "inverse kinematics")
-    n = len(contacts)
-    reason = np.where(np.isnan(found.excess), NO_GEOMETRY, JOINT_LIMIT).astype(np.uint8)
-    blame, link = np.where(reason == JOINT_LIMIT, found.joint, 0).astype(np.uint8), np.zeros(n, np.uint8)
-    posture, raised = np.full((n, 6), np.nan), np.full((n, 6), np.nan)
-    spec, own = robot.description.legs[leg], slice(6 * leg, 6 * leg + 6)
+    stands = _stands(robot, state, leg, found, normals, lift, collisions, part(progress, 0.3, 0.95))
+    spec = robot.description.legs[leg]
     T_site_hip = np.asarray(state.T_site_base) @ spec.T_base_hip
-    lengths, up = leg_lengths(spec), inverse(T_site_hip)[:3, 2] * lift
-    azimuth = leg_azimuth(robot, leg, state.T_site_base)
-    frame = LegFrame(lengths, robot.lower[own], robot.upper[own], inverse(T_site_hip)[:3, :3], azimuth, up)
-    there, number = np.unique(found.cell, return_inverse=True)
-    stands = choose_postures(
-        frame, number, found.branch, found.q, normals[found.cell], collisions, part(progress, 0.3, 0.95)
-    )
-    reason[there], blame[there], link[there] = stands.reason, stands.blame, stands.link
-    posture[there], raised[there] = stands.q, stands.above
-    axles = wheel_axles(lengths, posture) @ T_site_hip[:3, :3].T
+    axles = wheel_axles(leg_lengths(spec), stands.q) @ T_site_hip[:3, :3].T
     seat, support = wheel_seat(robot, dem, contacts, normals, axles)
     progress(1.0, "reach")
     return Reach(
@@ -154,12 +142,12 @@ def reach(
         cols=cols,
         contacts=contacts,
         normals=normals,
-        reason=reason,
-        blame=blame,
-        link=link,
-        solutions=np.bincount(found.cell, minlength=n),
-        postures=posture,
-        above=raised,
+        reason=stands.reason,
+        blame=stands.blame,
+        link=stands.link,
+        solutions=np.bincount(found.cell, minlength=len(contacts)),
+        postures=stands.q,
+        above=stands.above,
         limit_margin=np.where(found.excess > 0, -found.excess, found.margin),
         manipulability=found.dexterity,
         seat=seat,
@@ -223,6 +211,34 @@ def _solved(robot: Robot, state: RobotState, leg: int, contacts: Array, normals:
     return _Solved(
         largest, joint, excess, dexterity, np.concatenate(cells), np.concatenate(branches), np.concatenate(qs)
     )
+
+
+def _stands(
+    robot: Robot,
+    state: RobotState,
+    leg: int,
+    found: _Solved,
+    normals: Array,
+    lift: float,
+    collisions: LegCollisions | None,
+    progress: Progress,
+) -> Postures:
+    """For every cell the posture that the leg takes there, NaN where it can take none, and why."""
+    n = len(normals)
+    reason = np.where(np.isnan(found.excess), NO_GEOMETRY, JOINT_LIMIT).astype(np.uint8)
+    blame, link = np.where(reason == JOINT_LIMIT, found.joint, 0).astype(np.uint8), np.zeros(n, np.uint8)
+    posture, raised = np.full((n, 6), np.nan), np.full((n, 6), np.nan)
+    spec, own = robot.description.legs[leg], slice(6 * leg, 6 * leg + 6)
+    R_hip_site = inverse(np.asarray(state.T_site_base) @ spec.T_base_hip)[:3, :3]
+    azimuth = leg_azimuth(robot, leg, state.T_site_base)
+    frame = LegFrame(
+        leg_lengths(spec), robot.lower[own], robot.upper[own], R_hip_site, azimuth, R_hip_site[:3, 2] * lift
+    )
+    there, number = np.unique(found.cell, return_inverse=True)
+    chosen = choose_postures(frame, number, found.branch, found.q, normals[found.cell], collisions, progress)
+    reason[there], blame[there], link[there] = chosen.reason, chosen.blame, chosen.link
+    posture[there], raised[there] = chosen.q, chosen.above
+    return Postures(reason, blame, link, posture, raised, chosen.checks)
 
 
 def _ground(

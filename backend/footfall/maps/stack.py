@@ -146,11 +146,7 @@ class _Made:
             out[at[0][unstable], at[1][unstable]] = footing.REACHABLE_UNSTABLE
             return out
 
-        made: dict[str, NDArray[np.generic]] = {
-            name: np.ascontiguousarray(getattr(self.ground, name)[::stride, ::stride])
-            for name in ("goodness", "certainty", "slope", "roughness", "step")
-        }
-        made |= {name: cells[::stride, ::stride] for name, cells in memory_layers(self.dem).items()}
+        made = self._of_ground(stride)
         made |= {name: layer(getattr(reached, name)) for name in ("seat", "support", "limit_margin", "manipulability")}
         made["reach_class"] = classes
         blame = np.zeros(grid.shape, np.uint8)
@@ -181,6 +177,14 @@ class _Made:
             ),
             not_lifted=not_lifted,
         )
+
+    def _of_ground(self, stride: int) -> dict[str, NDArray[np.generic]]:
+        """What the ground alone says, whatever the leg reaches."""
+        made: dict[str, NDArray[np.generic]] = {
+            name: np.ascontiguousarray(getattr(self.ground, name)[::stride, ::stride])
+            for name in ("goodness", "certainty", "slope", "roughness", "step")
+        }
+        return made | {name: cells[::stride, ::stride] for name, cells in memory_layers(self.dem).items()}
 
 
 def _every(grid: GridGeometry, stride: int) -> GridGeometry:
