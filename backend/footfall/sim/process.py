@@ -279,6 +279,9 @@ class RoverClient:
             self._say(self._complaint(frame, err.message))
             return
         self._catch_up()
+        self._do(message)
+
+    def _do(self, message: Message) -> None:
         match message:
             case EpochMessage():
                 self._rover.hear_epoch(message.id, message.epoch)

@@ -64,12 +64,7 @@ def build_legged(robot: LeggedRobot, dem: Dem, settings: PhysicsSettings) -> Leg
     spec.option.timestep = TICK
     add_ground(spec, whole_ground(dem))
     stiffness = _stiffness(robot, settings)
-    bodies = [spec.worldbody.add_body(name=robot.body_names[0])]
-    bodies[0].add_freejoint(name="free")
-    for leg in robot.legs:
-        for number, joint in enumerate(range(robot.slices[leg].start, robot.slices[leg].stop)):
-            carrier = bodies[robot.parents[1 + joint]]
-            bodies.append(_moving(spec, carrier, robot, leg, number, float(stiffness[joint])))
+    bodies = _bodies(spec, robot, stiffness)
     near = robot.radii + NEAR_SOLE * robot.clearances["ground"]
     boxes = [
         robot.body_names[number]
@@ -77,30 +72,9 @@ def build_legged(robot: LeggedRobot, dem: Dem, settings: PhysicsSettings) -> Leg
         if not _set_mass(body, robot, number, settings.mass_scale)
     ]
     hulls = {number: _hulls(spec, body, robot, number, near) for number, body in enumerate(bodies)}
-    for leg in robot.legs:
-        frame = robot.pin_model.frames[robot.foot_frames[leg]]
-        bodies[robot.slices[leg].stop].add_geom(
-            name=_sole(leg),
-            type=mujoco.mjtGeom.mjGEOM_SPHERE,
-            size=(max(float(robot.radii[leg]), LEAST_RADIUS), 0.0, 0.0),
-            pos=frame.placement.translation,
-            contype=0,
-            conaffinity=1,
-        )
-    for a, b in at_ease(robot).apart.pairs:
-        for one in hulls[int(a)]:
-            for other in hulls[int(b)]:
-                spec.add_pair(geomname1=one, geomname2=other, condim=3)
-    for geom in spec.geoms:
-        geom.friction, geom.solref = (settings.friction, 0.0, 0.0), SOLREF
-    for pair in spec.pairs:
-        pair.friction, pair.solref = (settings.friction, settings.friction, 0.0, 0.0, 0.0), SOLREF
-    model = spec.compile()
-    overlapping = _overlapping(robot, model)
-    if overlapping:
-        for pair in [one for one in spec.pairs if {one.geomname1, one.geomname2} in overlapping]:
-            spec.delete(pair)
-        model = spec.compile()
+    _add_soles(robot, bodies)
+    _add_contacts(spec, robot, hulls, settings.friction)
+    model, overlapping = _compiled(spec, robot)
     of = {name: number for number, own in hulls.items() for name in own}
     of |= {_sole(leg): robot.slices[leg].stop for leg in robot.legs}
     joints = [model.joint(name) for name in robot.joint_names]
@@ -118,6 +92,53 @@ def build_legged(robot: LeggedRobot, dem: Dem, settings: PhysicsSettings) -> Leg
 
 def _sole(leg: int) -> str:
     return f"sole {leg}"
+
+
+def _bodies(spec: mujoco.MjSpec, robot: LeggedRobot, stiffness: Array) -> list[mujoco.MjsBody]:
+    """The base, free in the air, and what each joint moves, in the robot's order."""
+    bodies = [spec.worldbody.add_body(name=robot.body_names[0])]
+    bodies[0].add_freejoint(name="free")
+    for leg in robot.legs:
+        for number, joint in enumerate(range(robot.slices[leg].start, robot.slices[leg].stop)):
+            carrier = bodies[robot.parents[1 + joint]]
+            bodies.append(_moving(spec, carrier, robot, leg, number, float(stiffness[joint])))
+    return bodies
+
+
+def _add_soles(robot: LeggedRobot, bodies: list[mujoco.MjsBody]) -> None:
+    for leg in robot.legs:
+        frame = robot.pin_model.frames[robot.foot_frames[leg]]
+        bodies[robot.slices[leg].stop].add_geom(
+            name=_sole(leg),
+            type=mujoco.mjtGeom.mjGEOM_SPHERE,
+            size=(max(float(robot.radii[leg]), LEAST_RADIUS), 0.0, 0.0),
+            pos=frame.placement.translation,
+            contype=0,
+            conaffinity=1,
+        )
+
+
+def _add_contacts(spec: mujoco.MjSpec, robot: LeggedRobot, hulls: dict[int, list[str]], friction: float) -> None:
+    """Bodies that the planner keeps apart meet, and all meet the ground. hulls: body → its geoms."""
+    for a, b in at_ease(robot).apart.pairs:
+        for one in hulls[int(a)]:
+            for other in hulls[int(b)]:
+                spec.add_pair(geomname1=one, geomname2=other, condim=3)
+    for geom in spec.geoms:
+        geom.friction, geom.solref = (friction, 0.0, 0.0), SOLREF
+    for pair in spec.pairs:
+        pair.friction, pair.solref = (friction, friction, 0.0, 0.0, 0.0), SOLREF
+
+
+def _compiled(spec: mujoco.MjSpec, robot: LeggedRobot) -> tuple[mujoco.MjModel, list[set[str]]]:
+    """The model, without contacts of the pairs of hulls that overlap where the shapes don't, and those pairs."""
+    model = spec.compile()
+    overlapping = _overlapping(robot, model)
+    if not overlapping:
+        return model, []
+    for pair in [one for one in spec.pairs if {one.geomname1, one.geomname2} in overlapping]:
+        spec.delete(pair)
+    return spec.compile(), overlapping
 
 
 def _stiffness(robot: LeggedRobot, settings: PhysicsSettings) -> Array:

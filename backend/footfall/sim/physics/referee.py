@@ -1,7 +1,7 @@
 """Physics as the referee: a sequence is carried out by the rover in physics, and what came of it is judged."""
 
 from collections.abc import Mapping
-from dataclasses import replace
+from dataclasses import dataclass, field, replace
 
 import numpy as np
 from numpy.typing import ArrayLike
@@ -51,38 +51,17 @@ def referee(
     Raises InvalidInput where the parts don't fit together, or the rover does not stand where the sequence starts.
     """
     settings = settings or RefereeSettings()
-    if sequence.robot != robot.name:
-        raise InvalidInput(f"the sequence is for {sequence.robot}, the robot is {robot.name}")
-    expected = None if poses is None else np.asarray(poses, float)
-    if expected is not None and expected.shape != (len(sequence.commands), 4, 4):
-        raise InvalidInput("poses needs one 4 × 4 transform for each command", shape=list(expected.shape))
+    given = None if poses is None else np.asarray(poses, float)
+    _require_fit(robot, sequence, settings, given, rover)
     if rover is None:
         rover = PhysicalRover(robot, dem, _start(sequence), settings.physics)
-    elif rover.robot.digest != robot.digest or rover.settings != settings.physics:
-        raise InvalidInput("the rover that carries a sequence out needs the robot and the physics of the referee")
     aims = (
         _goals(robot, sequence, dem) if goals is None else {leg: np.asarray(goal, float) for leg, goal in goals.items()}
     )
     watch = RunObserver(rover, aims)
     moved = moved_legs(sequence)
-    first = rover.T_site_base
-    if expected is None and sequence.Ts_site_base is not None:
-        expected = first @ inverse(sequence.T_site_base) @ sequence.Ts_site_base
-    ended, chassis, sag, postures, stood = [], [], [], [], []
-    refused = ""
-    for row, command in enumerate(sequence.commands):
-        progress(row / len(sequence.commands), f"row {row + 1}")
-        watch.row(row, moved[row], command.phase == "swing")
-        begin, end = (first, first) if expected is None else (expected[row - 1] if row else first, expected[row])
-        last, far = _carry_out(rover, watch, _message(sequence, row), begin, end)
-        chassis.append(far)
-        sag.append(end[2, 3] - rover.T_site_base[2, 3])
-        ended.append(watch.now)
-        postures.append(rover.posture)
-        stood.append(rover.T_site_base)
-        if last.state != "done":
-            refused = f"row {row + 1} was not carried out: {last.reason}"
-            break
+    expected = _predicted(sequence, rover.T_site_base) if given is None else given
+    done = _carry_out_all(rover, watch, sequence, moved, expected, progress)
     for _ in range(round(settings.rest / TIME_STEP)):
         rover.step(TIME_STEP)
         watch.look()
@@ -91,10 +70,10 @@ def referee(
         sequence=sequence.digest,
         settings=settings,
         failures=(),
-        commands=len(ended) - bool(refused),
-        ended=np.array(ended),
-        postures=np.array(postures).reshape(-1, 6 * robot.leg_count),
-        Ts_site_base=np.array(stood).reshape(-1, 4, 4),
+        commands=len(done.ended) - bool(done.refused),
+        ended=np.array(done.ended),
+        postures=np.array(done.postures).reshape(-1, 6 * robot.leg_count),
+        Ts_site_base=np.array(done.Ts_site_base).reshape(-1, 4, 4),
         settled=rover.settled.moved,
         events=tuple(watch.events),
         contacts=tuple(watch.contacts),
@@ -102,13 +81,24 @@ def referee(
         clearance=float(watch.clearance),
         slip=watch.slip,
         drag=watch.drag,
-        chassis=np.array(chassis),
-        sag=np.array(sag),
+        chassis=np.array(done.chassis),
+        sag=np.array(done.sag),
         torque=watch.torque,
         tipped=rover.fault,
         least_load=watch.least_load,
     )
-    return replace(report, failures=failures(report, sorted(in_air), refused))
+    return replace(report, failures=failures(report, sorted(in_air), done.refused))
+
+
+def _require_fit(
+    robot: Robot, sequence: Sequence, settings: RefereeSettings, poses: Array | None, rover: PhysicalRover | None
+) -> None:
+    if sequence.robot != robot.name:
+        raise InvalidInput(f"the sequence is for {sequence.robot}, the robot is {robot.name}")
+    if poses is not None and poses.shape != (len(sequence.commands), 4, 4):
+        raise InvalidInput("poses needs one 4 × 4 transform for each command", shape=list(poses.shape))
+    if rover is not None and (rover.robot.digest != robot.digest or rover.settings != settings.physics):
+        raise InvalidInput("the rover that carries a sequence out needs the robot and the physics of the referee")
 
 
 def _start(sequence: Sequence) -> RobotState:
@@ -172,6 +162,55 @@ def _moved_most(sequence: Sequence, rows: range) -> int | None:
         return None
     before = sequence.predicted[rows[0] - 1] if rows[0] else sequence.start
     return int(np.argmax(np.abs(np.array(postures) - before).max(axis=0).reshape(-1, 6).max(axis=1)))
+
+
+def _predicted(sequence: Sequence, T_site_base: Array) -> Array | None:
+    """Where the sequence has the chassis after each row, (rows, 4, 4), from where it stands; None: it does not say."""
+    if sequence.Ts_site_base is None:
+        return None
+    return T_site_base @ inverse(sequence.T_site_base) @ sequence.Ts_site_base
+
+
+@dataclass
+class _CarriedOut:
+    """What came of the rows that were begun, one entry for each.
+
+    ended: when it was done [s]. chassis: how far that was from its way, at most [m]. sag: how much too low it stood
+    then [m]. postures, Ts_site_base: how the rover stood then. refused: why the last one was not done, else "".
+    """
+
+    ended: list[float] = field(default_factory=list)
+    chassis: list[float] = field(default_factory=list)
+    sag: list[float] = field(default_factory=list)
+    postures: list[Array] = field(default_factory=list)
+    Ts_site_base: list[Array] = field(default_factory=list)
+    refused: str = ""
+
+
+def _carry_out_all(
+    rover: PhysicalRover,
+    watch: RunObserver,
+    sequence: Sequence,
+    moved: list[int | None],
+    expected: Array | None,
+    progress: Progress,
+) -> _CarriedOut:
+    """One row after the other, up to the first that is refused. expected: T_site_base after each; None: it stays."""
+    done, first = _CarriedOut(), rover.T_site_base
+    for row, command in enumerate(sequence.commands):
+        progress(row / len(sequence.commands), f"row {row + 1}")
+        watch.row(row, moved[row], command.phase == "swing")
+        begin, end = (first, first) if expected is None else (expected[row - 1] if row else first, expected[row])
+        last, far = _carry_out(rover, watch, _message(sequence, row), begin, end)
+        done.chassis.append(far)
+        done.sag.append(end[2, 3] - rover.T_site_base[2, 3])
+        done.ended.append(watch.now)
+        done.postures.append(rover.posture)
+        done.Ts_site_base.append(rover.T_site_base)
+        if last.state != "done":
+            done.refused = f"row {row + 1} was not carried out: {last.reason}"
+            break
+    return done
 
 
 def _message(sequence: Sequence, row: int) -> CommandMessage:
