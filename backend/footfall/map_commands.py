@@ -2,14 +2,14 @@
 
 from dataclasses import replace
 from pathlib import Path
-from typing import TYPE_CHECKING, Annotated, Any
+from typing import TYPE_CHECKING, Annotated
 
 import typer
 
 from footfall import terminal
 from footfall.core.errors import InvalidInput
 from footfall.legged_commands import make_legged_map
-from footfall.maps.layers import REACHABLE_STABLE, REACHABLE_UNSTABLE, MapStack
+from footfall.maps.layers import REACHABLE_STABLE, REACHABLE_UNSTABLE, MapSettings, MapStack
 from footfall.maps.quality_settings import MOST
 from footfall.terminal import AtX, AtY, AtYaw, Conservative, Json, LegNumber, RobotName, bar
 
@@ -49,11 +49,9 @@ def make_map(
     as_json: Json = False,
 ) -> None:
     """Map where one leg could stand, from a stance on a terrain."""
-    from footfall.balance.balance_settings import BalanceSettings
     from footfall.io.any_robot import is_legged
     from footfall.io.map_files import ONE, require_map_file, write_maps
     from footfall.maps.choice import stack_quality
-    from footfall.maps.layers import MapSettings
     from footfall.maps.suggest import suggest
     from footfall.planning.step.leg_maps import compute_maps
 
@@ -72,10 +70,7 @@ def make_map(
         }
         make_legged_map(robot, terrain, leg, (x, y, yaw), conservative, out, layer, as_json, others)
         return
-    balance = BalanceSettings(gravity=_gravity(gravity))
-    if friction is not None:
-        balance = replace(balance, friction=friction)
-    settings = MapSettings(conservative=conservative, friction=friction_aware or friction is not None, balance=balance)
+    settings = _settings(conservative, friction_aware, friction, _gravity(gravity))
     body, dem, state = terminal.stance(robot, terrain, x, y, yaw)
     with bar("maps") as progress:
         stack = compute_maps(body, dem, state, leg, settings, progress)
@@ -83,6 +78,16 @@ def make_map(
     if out is not None:
         write_maps(stack, out, layer)
     _show(stack, best, as_json, out)
+
+
+def _settings(conservative: bool, friction_aware: bool, friction: float | None, gravity: float) -> MapSettings:
+    """friction: coefficient between wheel and ground, None: as usual; gravity [m/s²]."""
+    from footfall.balance.balance_settings import BalanceSettings
+
+    balance = BalanceSettings(gravity=gravity)
+    if friction is not None:
+        balance = replace(balance, friction=friction)
+    return MapSettings(conservative=conservative, friction=friction_aware or friction is not None, balance=balance)
 
 
 def _gravity(text: str) -> float:
@@ -104,7 +109,7 @@ def _show(stack: MapStack, best: "Suggestions | None", as_json: bool, written: P
         for name, number in (("stable", REACHABLE_STABLE), ("unstable", REACHABLE_UNSTABLE))
     }
     if as_json:
-        about: dict[str, Any] = {
+        about = {
             "digest": stack.digest,
             "leg": stack.leg,
             "stability": stack.stability,

@@ -8,13 +8,15 @@ import typer
 
 from footfall import terminal
 from footfall.core.errors import InvalidInput
-from footfall.core.progress import part
+from footfall.core.progress import Progress, part
 from footfall.terminal import Json, Pair, Reporting, bar
 
 if TYPE_CHECKING:
     from footfall.robot.model import Robot
     from footfall.telemetry.state import RobotState
+    from footfall.terrain.dem import Dem
     from footfall.terrain.scan import ScanSettings
+    from footfall.terrain.terrain_settings import TerrainSettings
 
 terrain_app = typer.Typer(
     cls=Reporting, rich_markup_mode=None, no_args_is_help=True, help="Terrain from images or files."
@@ -88,20 +90,12 @@ def build(
     A pair that can't be used is left out, and named with the reason.
     """
     from footfall.io.pair_files import read_calibrated_pair
-    from footfall.io.photograph_files import read_photographs
     from footfall.io.terrain_files import write_terrain
-    from footfall.recorded import RecordedSession
-    from footfall.terrain.build import build_terrain
-    from footfall.terrain.pairs.bundle_adjustment import refine as refine_pairs
-    from footfall.terrain.photographs import terrain_from_pairs, terrain_from_photographs
+    from footfall.terrain.photographs import terrain_from_pairs
     from footfall.terrain.scan import ScanSettings
     from footfall.terrain.terrain_settings import TerrainSettings
 
-    sources = list(files or [])
-    if out is None:
-        if not sources:
-            raise InvalidInput("say which file to write, with --out")
-        out = sources.pop()
+    sources, out = _sources_and_out(files or [], out)
     if scan is not None:
         if sources or images is not None or refine:
             raise InvalidInput("--scan is built alone: leave out BUNDLE, LEFT RIGHT, --images and --refine")
@@ -123,27 +117,61 @@ def build(
     with bar("terrain") as progress:
         match sources, images, calibration or []:
             case [bundle], None, []:
-                session = RecordedSession(bundle)
-                snapshot = session.snapshot()
-                if refine:
-                    pairs, found = refine_pairs(snapshot.pairs, part(progress, 0.0, 0.3))
-                    snapshot, progress = replace(snapshot, pairs=pairs), part(progress, 0.3, 1.0)
-                    typer.echo(found.text, err=True)
-                dem = build_terrain(session.robot(), snapshot, settings, progress)
+                dem = _of_session(bundle, settings, refine, progress)
             case [left, right], None, [one]:
                 if refine:
                     raise InvalidInput("--refine is for several pairs: one has nothing to be compared with")
                 dem = terrain_from_pairs([read_calibrated_pair(left, right, one)], settings, progress)
             case [], Path(), [_, *_] as given:
-                body, stood = _in_view(robot, state)
-                names = None if cameras is None else cameras.split(",")
-                stood_at = None if stood is None else stood.T_site_base
-                photographs = read_photographs(images, given, names, stood_at)
-                dem = terrain_from_photographs(photographs, settings, progress, body, stood, refine)
+                shown = _in_view(robot, state)
+                dem = _of_folder(images, given, cameras, shown, settings, refine, progress)
             case _:
                 raise InvalidInput("give BUNDLE, or LEFT RIGHT with --calibration, or --images with --calibration")
     write_terrain(dem, out)
     terminal.show_terrain(dem, as_json, out)
+
+
+def _sources_and_out(files: list[Path], out: Path | None) -> tuple[list[Path], Path]:
+    """What is read, and the file to write: the last of ``files`` without ``out``."""
+    if out is not None:
+        return files, out
+    if not files:
+        raise InvalidInput("say which file to write, with --out")
+    return files[:-1], files[-1]
+
+
+def _of_session(bundle: Path, settings: "TerrainSettings", refine: bool, progress: Progress) -> "Dem":
+    """The ground in the images of a recorded session. refine: first turn cameras as all images together say."""
+    from footfall.recorded import RecordedSession
+    from footfall.terrain.build import build_terrain
+    from footfall.terrain.pairs.bundle_adjustment import refine as refine_pairs
+
+    session = RecordedSession(bundle)
+    snapshot = session.snapshot()
+    if refine:
+        pairs, found = refine_pairs(snapshot.pairs, part(progress, 0.0, 0.3))
+        snapshot, progress = replace(snapshot, pairs=pairs), part(progress, 0.3, 1.0)
+        typer.echo(found.text, err=True)
+    return build_terrain(session.robot(), snapshot, settings, progress)
+
+
+def _of_folder(
+    images: Path,
+    calibration: list[Path],
+    cameras: str | None,
+    shown: "tuple[Robot | None, RobotState | None]",
+    settings: "TerrainSettings",
+    refine: bool,
+    progress: Progress,
+) -> "Dem":
+    """The ground in a folder of stereo pairs. shown: the robot that is to be taken out, and how it stood."""
+    from footfall.io.photograph_files import read_photographs
+    from footfall.terrain.photographs import terrain_from_photographs
+
+    body, stood = shown
+    names = None if cameras is None else cameras.split(",")
+    photographs = read_photographs(images, calibration, names, None if stood is None else stood.T_site_base)
+    return terrain_from_photographs(photographs, settings, progress, body, stood, refine)
 
 
 def _write_scan(
