@@ -9,6 +9,7 @@ import numpy as np
 import pytest
 
 from footfall.core.frames import apply
+from footfall.maps import refusals
 from footfall.maps.layers import REACHABLE_STABLE, MapStack
 from footfall.planning.legged.measured import standing_state
 from footfall.robot.legged.posture import placed
@@ -126,6 +127,19 @@ def test_maps_are_green_where_a_step_leads(server, rest, step):
     assert "ATHLETE's legs" in settings["detail"]
 
 
+def test_every_refused_cell_says_why(server, rest, step):
+    made = finished(rest, rest.post(f"{SESSION}/maps", json={"leg": MOVED}))
+    maps = server.sessions.current.typed(MapStack, made["result"])
+    refused = maps.layers["refused_by"]
+    for code in np.unique(refused[refused != refusals.NOTHING]):
+        row, col = np.argwhere(refused == code)[0]
+        chosen = {"leg": MOVED, "x": float(maps.geometry.xs[col]), "y": float(maps.geometry.ys[row])}
+        answer = rest.post(f"{SESSION}/footfalls", json=chosen)
+        assert answer.status_code == 200, answer.text
+        assert not answer.json()["acceptable"]
+        assert any(refusals.REFUSALS[int(code)].text in reason for reason in answer.json()["reasons"])
+
+
 def test_every_file_names_its_joints(rest, step):
     _, robot = robot_of(LEGS)
     _, address = _made(rest, step["digest"])
@@ -166,6 +180,9 @@ def test_what_is_athletes_alone_is_refused_by_name(rest, step):
     edit = {"kind": "set", "row": 0, "command": {"name": "WAIT", "duration": 1.0}}
     edited = problem(rest.patch(address, json={"edit": edit}, headers=tag), 422, "invalid-input")
     assert "change the file and read it in" in edited["detail"]
+    maps = rest.get(SESSION).json()["maps"][str(MOVED)]
+    asked = rest.get(f"{SESSION}/maps/{maps}/at", params={"x": 0.3, "y": 0.2})
+    assert "ATHLETE's legs alone" in problem(asked, 422, "invalid-input")["detail"]
     footfall = {"leg": MOVED, "x": 0.3, "y": 0.2}
     assert rest.post(f"{SESSION}/footfalls", json=footfall).status_code == 200
     held = rest.put(f"{SESSION}/hand", json={"what": "footfall", "index": 0}).json()["hand"]

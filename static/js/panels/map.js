@@ -11,6 +11,7 @@ import { $, asTyped, attempt, element } from "../dom.js";
 import { explainKey, heardFirst } from "../keys.js";
 import { layerOptions, subscribeToLayers } from "../layers.js";
 import { enlarge, isShown, reveal } from "../layout.js";
+import { isAthletes } from "../robot.js";
 import { known, subscribe } from "../store.js";
 import * as texts from "../texts/ground.js";
 import * as shared from "../texts/shared.js";
@@ -261,7 +262,7 @@ function readOut(at) {
   cursor = at;
   paint();
   clearTimeout(waiting);
-  if (!about) return;
+  if (!about || !isAthletes()) return; // of other robots the footfall says what speaks against a place
   waiting = setTimeout(async () => {
     const mine = ++asked;
     const [x, y] = at;

@@ -220,9 +220,9 @@ class Hand:
         return from_hip(self._core.robot, self._core.typed(RobotState, state), leg, point)
 
     def _lines(self, leg: int, x: float, y: float) -> tuple[str, ...]:
-        """What every layer says there; nothing without current maps of that place."""
+        """What every layer says there; nothing without current maps of it, nor for robots that others described."""
         state = self._core.state
-        if not self._fits.of_maps(leg).usable or self._maps.doubt(leg, x, y):
+        if self._core.described is not None or not self._fits.of_maps(leg).usable or self._maps.doubt(leg, x, y):
             return ()
         maps = self._core.typed(MapStack, state.maps[str(leg)])
         return self._maps.explain(maps, x, y).lines if maps.geometry.contains(x, y) else ()

@@ -19,6 +19,7 @@ from footfall.maps.layers import (
     MapStack,
 )
 from footfall.maps.reach_classes import hindrance_text
+from footfall.maps.refusals import REFUSALS
 from footfall.session.answers.choices import Elsewhere, FootfallAnswer
 from footfall.terrain.dem import Dem
 
@@ -53,6 +54,14 @@ def _margins(maps: MapStack) -> tuple[str, str]:
     """Names of the margins that the footing asks for: the geometric one, and the one with friction."""
     suffix = "_conservative" if maps.stability == "conservative" else ""
     return "margin" + suffix, "margin_friction" + suffix
+
+
+def _against(maps: MapStack, footing: int, row: int, col: int) -> tuple[str, str]:
+    """What speaks against a cell, and what exactly, with its size; that is empty where nothing more is known."""
+    if "refused_by" in maps.layers:  # a robot that others described
+        text = REFUSALS[int(maps.layers["refused_by"][row, col])].text
+        return text, maps.not_lifted if footing == NOT_LIFTED else ""
+    return _REASONS[footing], _detail(maps, footing, row, col)
 
 
 def _detail(maps: MapStack, footing: int, row: int, col: int) -> str:
@@ -147,8 +156,7 @@ def judge_footfall(
             if known and footing != UNSURE:
                 acceptable = footing == REACHABLE_STABLE
             if footing in _REASONS:
-                text = _REASONS[footing]
-                detail = _detail(maps, footing, row, col)
+                text, detail = _against(maps, footing, row, col)
                 reasons.append(f"{text} ({detail})" if detail else text)
         if not acceptable:
             nearest = _nearest(maps, x, y)

@@ -66,9 +66,13 @@ class LegMaps:
         return preview.product if isinstance(preview.product, MapStack) else None
 
     def explain(self, maps: MapStack, x: float, y: float) -> "Explanation":
-        """What every layer of maps of this session says of a point [m], and what decides. Raises InvalidInput."""
+        """What every layer of maps of this session says of a point [m], and what decides.
+
+        Raises InvalidInput, also where the session's robot is one that others described: no quality is known for those.
+        """
         from footfall.maps.choice import explain_at
 
+        self._core.require_athletes_build()
         return explain_at(self._quality(maps, None, None), x, y)
 
     def suggest(
