@@ -95,8 +95,6 @@ def serve(
     def ready(url: str) -> None:
         # at once, also into a pipe: scripts wait for this line
         typer.echo(f"FootFall answers on {url}")
-        if described is not None:
-            typer.echo(f"{described[0].name} is driven over the REST interface: the page does not show such robots yet")
         if foxglove:
             from footfall.session.access.account_stores import has_accounts
 
