@@ -8,7 +8,7 @@ from scipy.spatial.transform import Rotation
 
 from footfall.core import frames
 from footfall.core.errors import InvalidImages
-from footfall.sim.render import reduced, render_scene
+from footfall.sim.render import render_scene
 from footfall.telemetry.images import ImagePair
 from footfall.terrain.pairs.bundle_adjustment import refine
 from footfall.terrain.pairs.epipolar import estimate_rotation
@@ -29,7 +29,7 @@ def taken(athlete, rocks, rock_state):
     pairs = []
     for i, name in enumerate(NAMES):
         spec = athlete.description.camera_pair(name)
-        left, right = reduced(spec.camera_left, 0.5), reduced(spec.camera_right, 0.5)
+        left, right = spec.camera_left.reduced(0.5), spec.camera_right.reduced(0.5)
         T_left = left.T_base_camera @ turned(PAIRS[i])
         T_right = T_left @ frames.inverse(left.T_base_camera) @ right.T_base_camera @ turned(RIGHTS[i])
         one, other = (

@@ -5,7 +5,7 @@ from footfall.core import frames
 from footfall.core.errors import Cancelled, InvalidTerrain, NotFound
 from footfall.core.grid import GridGeometry
 from footfall.sim.raycast import RayScene
-from footfall.sim.render import RenderScene, reduced, render_pair, render_scene, render_snapshot
+from footfall.sim.render import RenderScene, render_pair, render_scene, render_snapshot
 from footfall.telemetry.images import Camera
 from footfall.telemetry.state import RobotState
 from footfall.terrain.dem import Dem
@@ -129,7 +129,7 @@ def test_sky_is_dark(athlete, rock_snapshot):
 
 def test_reduced_cameras_look_the_same_way(athlete):
     camera = athlete.description.cameras[0].camera_left
-    small = reduced(camera, 0.25)
+    small = camera.reduced(0.25)
     assert (small.width, small.height) == (160, 120)
     for model in (camera, small):
         # the rays through the image's outer edges, half a pixel outside the outermost centres

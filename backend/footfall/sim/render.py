@@ -153,21 +153,6 @@ def render_scene(robot: Robot, state: RobotState, dem: Dem) -> RenderScene:
     return RenderScene(ground, links)
 
 
-def reduced(camera: Camera, scale: float) -> Camera:
-    """The same view with ``scale`` times the pixels along each side (quicker tests and previews)."""
-    width, height = max(1, round(camera.width * scale)), max(1, round(camera.height * scale))
-    return Camera(
-        name=camera.name,
-        width=width,
-        height=height,
-        fx=camera.fx * width / camera.width,
-        fy=camera.fy * height / camera.height,
-        cx=(camera.cx + 0.5) * width / camera.width - 0.5,
-        cy=(camera.cy + 0.5) * height / camera.height - 0.5,
-        T_base_camera=camera.T_base_camera,
-    )
-
-
 def render_pair(
     scene: RenderScene,
     state: RobotState,
@@ -178,7 +163,7 @@ def render_pair(
     effects: CameraEffects = EASY,
 ) -> ImagePair:
     """Both images of one pair. seed: of the sensor noise; give each pair of a snapshot its own."""
-    left, right = reduced(spec.camera_left, scale), reduced(spec.camera_right, scale)
+    left, right = spec.camera_left.reduced(scale), spec.camera_right.reduced(scale)
     brighter = 1.0 + effects.exposure_difference
     return ImagePair(
         name=spec.name,

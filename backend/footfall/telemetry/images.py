@@ -1,7 +1,7 @@
 """Camera models and stereo pairs. Images are rectified: the right camera lies along +x of the left."""
 
 from collections.abc import Mapping
-from dataclasses import field
+from dataclasses import field, replace
 
 import numpy as np
 from numpy.typing import NDArray
@@ -36,6 +36,19 @@ class Camera(Value):
         if not np.isfinite([self.fx, self.fy, self.cx, self.cy]).all():
             raise InvalidImages(f"camera {self.name} needs finite intrinsics")
         require_transform(self.T_base_camera, f"T_base_camera of {self.name}")
+
+    def reduced(self, scale: float) -> "Camera":
+        """The same view with ``scale`` times the pixels along each side."""
+        width, height = max(1, round(self.width * scale)), max(1, round(self.height * scale))
+        return replace(
+            self,
+            width=width,
+            height=height,
+            fx=self.fx * width / self.width,
+            fy=self.fy * height / self.height,
+            cx=(self.cx + 0.5) * width / self.width - 0.5,
+            cy=(self.cy + 0.5) * height / self.height - 0.5,
+        )
 
 
 @value

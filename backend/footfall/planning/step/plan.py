@@ -17,6 +17,7 @@ from footfall.core.errors import InvalidInput
 from footfall.core.progress import Progress, no_progress
 from footfall.core.value import Provenance
 from footfall.planning.answers import Check, No, Status
+from footfall.planning.looking.how_to_see import how_to_see
 from footfall.planning.scene.ground import Contact, footfall_contact
 from footfall.planning.step.footing import LegStance
 from footfall.planning.step.goals import ADVICE, Goal, Goals
@@ -103,10 +104,12 @@ def plan_step(
         found = No(Status.TIME_LIMIT, reason)
     if isinstance(found, No):
         decisions = found.decisions if isinstance(found, _Nowhere) else ()
-        other = None
-        if instead is not None and found.status is Status.UNKNOWN_GROUND:
-            other = nearest_place(robot, dem, footfall.x, footfall.y, instead)
-        reason = found.reason if other is None else f"{found.reason}; {place_in_words(footfall.x, footfall.y, other)}"
+        reason, other = found.reason, None
+        if found.status is Status.UNKNOWN_GROUND:
+            way = how_to_see(robot, dem, state, (footfall.x, footfall.y), robot.wheel_radius)
+            reason = f"{reason}; {way}" if way else reason
+            other = None if instead is None else nearest_place(robot, dem, footfall.x, footfall.y, instead)
+            reason = reason if other is None else f"{reason}; {place_in_words(footfall.x, footfall.y, other)}"
         told = (found.checks, footfall, provenance, decisions, points, other)
         return PlanResult(found.status, None, reason, *told)
     plan = StepPlan(
