@@ -33,7 +33,7 @@ from footfall.planning.walk.legs_kernel import (
 )
 from footfall.planning.walk.problem import WalkSettings
 from footfall.planning.walk.reach import LEAST, reaches
-from footfall.planning.walk.spans_kernel import poses_of, spans
+from footfall.planning.walk.spans_kernel import Reaching, Spans, poses_of, spans
 from footfall.planning.walk.start import start_of
 from footfall.planning.walk.transition_kernel import IGNORED, PREFERRED, REQUIRED, margin_without, vector_of
 from footfall.planning.walk.world import World
@@ -340,8 +340,8 @@ def test_spans_are_those_of_a_plain_loop(athlete, world, at, leg):
     wheels = wheel_pose_for_contact(athlete, contacts, np.tile([0.0, 0.0, 1.0], (count, 1)), headings, np.eye(4))
     first, last, best = np.empty(count, np.int64), np.empty(count, np.int64), np.empty(count)
     rover, far, branches = world.first.checks.rover, athlete.leg_length(leg), np.zeros(count, np.int64)
-    every = np.zeros(count, np.int64), len(x)
-    spans(Ts, rows(wheels), branches, leg, lift, far, *every, least, world.legs, rover, first, last, best)
+    asked = Reaching(lift, least, far, np.zeros(count, np.int64), len(x))
+    spans(Ts, rows(wheels), branches, leg, asked, world.legs, rover, Spans(first, last, best))
     poses, runs = np.empty((7 * LEGS, 3, 4)), []
     for j in range(count):
         spares = []
@@ -372,8 +372,8 @@ def test_spans_look_at_every_pose_that_a_wheel_may_be_reached_from(athlete, grou
     for leg, found in enumerate(reaches(world, way, places)):
         first, last, best = np.empty(count, np.int64), np.empty(count, np.int64), np.empty(count)
         wheels, branches, every = rows(found.Ts_site_wheel), np.zeros(count, np.int64), np.zeros(count, np.int64)
-        asked = leg, SETTINGS.lift, athlete.leg_length(leg), every, len(Ts), LEAST, world.legs
-        spans(Ts, wheels, branches, *asked, world.first.checks.rover, first, last, best)
+        asked = Reaching(SETTINGS.lift, LEAST, athlete.leg_length(leg), every, len(Ts))
+        spans(Ts, wheels, branches, leg, asked, world.legs, world.first.checks.rover, Spans(first, last, best))
         good = last >= 0
         assert np.array_equal(np.isfinite(found.low), good)
         assert found.low[good] == pytest.approx(way.ways[first[good]])

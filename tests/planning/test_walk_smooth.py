@@ -188,7 +188,7 @@ def test_whatever_pose_is_proposed_the_walk_stays_good_and_gets_no_dearer(athlet
     rng, proposed = np.random.default_rng(5), []
 
     def at_random(now, *rest):
-        changes = np.minimum(rest[3], 1.0)
+        changes = np.minimum(rest[1], 1.0)
         rest[-1][:] = now + size * rng.standard_normal(6) * changes
         proposed.append(now)
         return 1.0

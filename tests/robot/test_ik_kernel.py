@@ -94,11 +94,7 @@ def solve_upright(athlete, contacts, normals, T_site_base, lower, upper, present
         read_only(lower),
         read_only(upper),
         np.asarray(present, float),
-        out[0],
-        out[1],
-        out[2],
-        out[3],
-        out[4],
+        ik_kernel.UprightLegs(*out),
     )
     return out
 

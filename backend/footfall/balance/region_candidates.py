@@ -19,7 +19,7 @@ from footfall.balance.balance_settings import SIDES, require_cone
 from footfall.balance.cones import fill_generators
 from footfall.balance.friction import FRICTION
 from footfall.balance.region import equilibrium_region, frame, region_margins, require_stance
-from footfall.balance.region_kernel import ROWS, fill_foot, fill_slack, nearest
+from footfall.balance.region_kernel import ROWS, EquilibriumProgram, Scratch, Tableau, fill_foot, fill_slack, nearest
 from footfall.balance.simplex import INFEASIBLE, OPTIMAL, UNFINISHED, start
 from footfall.compiled import njit
 from footfall.core.arrays import Array
@@ -194,7 +194,8 @@ def _some_margins(first, end, programs, asked, least, lost):
     stances, n = columns.shape[0], columns.shape[2]
     edges = np.empty((1, sides, 3))
     basis, inverse, value = np.empty(ROWS, np.int64), np.empty((ROWS, ROWS)), np.empty(ROWS)
-    cost, work, corners = np.empty(n), np.empty(n + 2 * ROWS), np.empty((_MOST_CORNERS, 2))
+    tableau, scratch = Tableau(basis, inverse, value), Scratch(np.empty(n), np.empty(n + 2 * ROWS))
+    corners = np.empty((_MOST_CORNERS, 2))
     worst = OPTIMAL
     for i in range(first, end):
         fill_generators(asked.unit[i : i + 1], asked.friction, edges)
@@ -208,22 +209,17 @@ def _some_margins(first, end, programs, asked, least, lost):
                         inverse[r, c] = programs.inverses[stance, r, c]
                 answer = OPTIMAL
             else:
-                answer = start(own, rhs, basis, inverse, value, work)
+                answer = start(own, rhs, basis, inverse, value, scratch.work)
             low = -np.inf
             if answer == OPTIMAL:
                 answer, low, _ = nearest(
-                    own,
-                    rhs,
-                    worth,
+                    EquilibriumProgram(own, rhs, worth),
                     coms[i, 0],
                     coms[i, 1],
                     asked.tolerance,
                     least[i],
-                    basis,
-                    inverse,
-                    value,
-                    cost,
-                    work,
+                    tableau,
+                    scratch,
                     corners,
                 )
             if answer != OPTIMAL and answer != INFEASIBLE:

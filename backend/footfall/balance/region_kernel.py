@@ -6,10 +6,14 @@ sum to at most MOST_FORCE (with a slack, the last column). The moments about the
 of mass then is: they are the costs. All lengths are local: from ``center``, in units of ``size``.
 """
 
+from typing import NamedTuple
+
 import numpy as np
+from numpy.typing import NDArray
 
 from footfall.balance.simplex import OPTIMAL, improve, start
 from footfall.compiled import njit
+from footfall.core.arrays import Array
 
 ROWS = 5
 
@@ -54,13 +58,37 @@ def fill_slack(columns, costs, rhs):
     rhs[2], rhs[4] = 1.0, MOST_FORCE
 
 
+class EquilibriumProgram(NamedTuple):
+    """columns: (ROWS, n), rhs: (ROWS,), costs: (2, n), whose sums are the centre of mass."""
+
+    columns: Array
+    rhs: Array
+    costs: Array
+
+
+class Tableau(NamedTuple):
+    """Where a program was solved to, as :mod:`footfall.balance.simplex` has it."""
+
+    basis: NDArray[np.int64]
+    inverse: Array
+    values: Array
+
+
+class Scratch(NamedTuple):
+    """cost: (n,); work: (n + 2 · ROWS,)."""
+
+    cost: Array
+    work: Array
+
+
 @njit()
-def support(columns, rhs, costs, dx, dy, cost, basis, inverse, values, work):
-    """Farthest centre of mass along (dx, dy): status, x, y. cost: (n,) scratch."""
-    n = columns.shape[1]
+def support(program, dx, dy, tableau, scratch):
+    """Farthest centre of mass along (dx, dy): status, x, y. tableau: feasible, and changed."""
+    costs, basis, values, cost = program.costs, tableau.basis, tableau.values, scratch.cost
+    n = costs.shape[1]
     for j in range(n):
         cost[j] = dx * costs[0, j] + dy * costs[1, j]
-    status = improve(columns, rhs, cost, basis, inverse, values, work)
+    status = improve(program.columns, program.rhs, cost, basis, tableau.inverse, values, scratch.work)
     x = y = 0.0
     for i in range(ROWS):
         if basis[i] < n:
@@ -121,13 +149,13 @@ def trace(local, edges, tolerance, limit):
     for foot in range(feet):
         fill_foot(local[foot, 0], local[foot, 1], local[foot, 2], edges[foot], columns, costs, foot * sides)
     fill_slack(columns, costs, rhs)
-    cost, work = np.empty(n), np.empty(n + 2 * ROWS)
+    program, scratch = EquilibriumProgram(columns, rhs, costs), Scratch(np.empty(n), np.empty(n + 2 * ROWS))
     directions, points = np.empty((limit, 2)), np.empty((limit, 2))
     bases, weights = np.empty((limit, ROWS), np.int64), np.empty((limit, ROWS))
     inverses = np.empty((limit, ROWS, ROWS))
     following, stack = np.empty(limit, np.int64), np.empty(limit, np.int64)
     count = depth = 0
-    status = start(columns, rhs, bases[0], inverses[0], weights[0], work)
+    status = start(columns, rhs, bases[0], inverses[0], weights[0], scratch.work)
     previous = 0
     while status == OPTIMAL and count < limit:
         new = count
@@ -154,7 +182,7 @@ def trace(local, edges, tolerance, limit):
                 for r in range(ROWS):
                     inverses[new, i, r] = inverses[previous, i, r]
         status, points[new, 0], points[new, 1] = support(
-            columns, rhs, costs, dx, dy, cost, bases[new], inverses[new], weights[new], work
+            program, dx, dy, Tableau(bases[new], inverses[new], weights[new]), scratch
         )
         previous = new
         stack[depth] = new
@@ -206,19 +234,19 @@ def _gap(directions, i, j, ex, ey, length):
 
 
 @njit()
-def nearest(columns, rhs, costs, x, y, tolerance, enough, basis, inverse, values, cost, work, corners):
+def nearest(program, x, y, tolerance, enough, tableau, scratch, corners):
     """Bounds of the signed distance of (x, y) to the region: status, lower, upper, local.
 
     The distance is the least, over all directions, of support − direction · (x, y): every solved direction bounds it
     from above, and the distance to the inner polygon of the points found bounds it from below. The direction solved
     next is the one in which the inner polygon is nearest, until the bounds are within ``tolerance`` or the lower one
-    reaches ``enough``. basis, inverse, values: feasible, and changed. corners: (limit, 2) scratch.
+    reaches ``enough``. tableau: feasible, and changed. corners: (limit, 2) scratch.
     """
     upper = np.inf
     count = 0
     for i in range(4):
         dx, dy = (1.0, 0.0, -1.0, 0.0)[i], (0.0, 1.0, 0.0, -1.0)[i]
-        status, px, py = support(columns, rhs, costs, dx, dy, cost, basis, inverse, values, work)
+        status, px, py = support(program, dx, dy, tableau, scratch)
         if status != OPTIMAL:
             return status, -np.inf, np.inf
         upper = min(upper, dx * (px - x) + dy * (py - y))
@@ -241,7 +269,7 @@ def nearest(columns, rhs, costs, x, y, tolerance, enough, basis, inverse, values
             if length == 0.0:
                 return OPTIMAL, lower, upper
         dx, dy = dx / length, dy / length
-        status, px, py = support(columns, rhs, costs, dx, dy, cost, basis, inverse, values, work)
+        status, px, py = support(program, dx, dy, tableau, scratch)
         if status != OPTIMAL:
             return status, -np.inf, np.inf
         upper = min(upper, dx * (px - x) + dy * (py - y))

@@ -194,11 +194,7 @@ def _solved(robot: Robot, state: RobotState, leg: int, contacts: Array, normals:
             robot.lower[own],
             robot.upper[own],
             present,
-            q,
-            margin,
-            joint[some],
-            excess[some],
-            dexterity[some],
+            ik_kernel.UprightLegs(q, margin, joint[some], excess[some], dexterity[some]),
         )
         order = np.argsort(-margin, axis=1, kind="stable")
         cell, rank = np.nonzero(np.isfinite(np.take_along_axis(margin, order, axis=1)))

@@ -7,6 +7,7 @@ ground: 1 on a plane, little on the tip of a stone.
 """
 
 import math
+from typing import NamedTuple
 
 import numpy as np
 from numba import prange
@@ -26,6 +27,28 @@ s²/8r sooner than is seen (0.2 mm at 2 cm), and under the edges of its tread up
 
 _FINEST = 0.01
 """Samples are at least about this far apart [m], and something narrower may be missed."""
+
+
+class Lattice(NamedTuple):
+    """Where the ground is looked at: ``parts`` places along the edge of a cell, and of these at every so many.
+
+    heights: (rows, cols) [m]; x0, y0: of cell (0, 0) in site; resolution: edge of a cell [m].
+    """
+
+    heights: NDArray[np.float32]
+    x0: float
+    y0: float
+    resolution: float
+    parts: int
+    every: int
+
+
+class Tread(NamedTuple):
+    """Of a wheel, and how far ground may be from it and still carry [m]."""
+
+    radius: float
+    half_width: float
+    tolerance: float
 
 
 def wheel_seat(
@@ -62,45 +85,21 @@ def wheel_seat(
     parts = max(1, math.ceil(grid.resolution * _SAMPLES_PER_RADIUS / radius - 1e-9))
     every = max(1, int(_FINEST / grid.resolution + 1e-9))
     seat, support = np.empty(len(arrays[0])), np.empty(len(arrays[0]))
-    _sit(
-        dem.heights,
-        grid.x0,
-        grid.y0,
-        grid.resolution,
-        parts,
-        every,
-        arrays[0],
-        arrays[1],
-        arrays[2],
-        radius,
-        robot.description.wheel_width / 2,
-        tolerance,
-        seat,
-        support,
-    )
+    lattice = Lattice(dem.heights, grid.x0, grid.y0, grid.resolution, parts, every)
+    tread = Tread(radius, robot.description.wheel_width / 2, tolerance)
+    _sit(lattice, arrays[0], arrays[1], arrays[2], tread, seat, support)
     return seat, support
 
 
 @njit(parallel=True)
 def _sit(
-    heights: NDArray[np.float32],
-    x0: float,
-    y0: float,
-    resolution: float,
-    parts: int,
-    every: int,
-    contacts: Array,
-    normals: Array,
-    axles: Array,
-    radius: float,
-    half_width: float,
-    tolerance: float,
-    seat: Array,
-    support: Array,
+    lattice: Lattice, contacts: Array, normals: Array, axles: Array, tread: Tread, seat: Array, support: Array
 ) -> None:
-    """Samples are points of the surface's triangles: ``parts`` along a cell's edge, or at every so many cells."""
+    """Write seats and supports (n,). Samples are points of the surface's triangles."""
+    heights, x0, y0, parts, every = lattice.heights, lattice.x0, lattice.y0, lattice.parts, lattice.every
+    radius, half_width, tolerance = tread.radius, tread.half_width, tread.tolerance
     rows, cols = heights.shape
-    spacing = resolution / parts
+    spacing = lattice.resolution / parts
     patch = math.sqrt(2 * radius * tolerance - tolerance * tolerance)
     around = math.hypot(radius, half_width)
     # how many samples the footprint may span from its middle

@@ -9,6 +9,7 @@ All poses are in the leg's hip frame. lengths: of :func:`footfall.robot.leg_fram
 """
 
 import math
+from typing import NamedTuple
 
 import numpy as np
 from numba import prange
@@ -175,6 +176,23 @@ def stand_upright(contacts: Array, normals: Array, forward: Array, radius: float
     return True
 
 
+class UprightLegs(NamedTuple):
+    """What :func:`solve_upright` writes.
+
+    q: (n, 8, 6), valid branches inside the limits, NaN for the others. margin: (n, 8) least distance to the limits
+    [rad] of the first five joints and of the last at its middle, −inf where there is none. joint, excess: (n,) where no
+    branch is inside but some exist, the joint farthest outside in the branch that is least outside, and by how much
+    [rad]; else NO_JOINT and NaN where nothing exists, 0 where something is inside. dexterity: (n,) manipulability [m³]
+    of the branch with the largest margin, else NaN.
+    """
+
+    q: Array
+    margin: Array
+    joint: NDArray
+    excess: Array
+    dexterity: Array
+
+
 @njit(parallel=True)
 def solve_upright(
     lengths: Array,
@@ -185,21 +203,14 @@ def solve_upright(
     lower: Array,
     upper: Array,
     present: Array,
-    q: Array,
-    margin: Array,
-    joint: NDArray,
-    excess: Array,
-    dexterity: Array,
+    out: UprightLegs,
 ) -> None:
     """All branches of wheels standing upright on contacts (n, 3) with normals (n, 3), site [m], heading left free.
 
-    Writes q (n, 8, 6), valid ones inside the limits, NaN for the others: the last joint is the angle nearest to
-    ``present`` (6,), as is the knee roll of a straight wrist, which is one solution then, of wrist 0.
-    margin: (n, 8) least distance to the limits [rad] of the first five joints and of the last at its middle, −inf
-    where there is none. joint, excess: (n,) where no branch is inside but some exist, the joint farthest outside
-    in the branch that is least outside, and by how much [rad]; else NO_JOINT and NaN where nothing exists, 0 where
-    something is inside. dexterity: (n,) manipulability [m³] of the branch with the largest margin, else NaN.
+    The last joint is the angle nearest to ``present`` (6,), as is the knee roll of a straight wrist, which is one
+    solution then, of wrist 0.
     """
+    q, margin, joint, excess, dexterity = out.q, out.margin, out.joint, out.excess, out.dexterity
     own_turn = 0.5 * (upper[5] - lower[5])
     for index in prange(len(contacts)):
         i = np.int64(index)

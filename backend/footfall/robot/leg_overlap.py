@@ -25,7 +25,7 @@ from footfall.robot.leg_frames import leg_lengths
 from footfall.robot.model import Robot
 from footfall.robot.obstacles import CHASSIS, LEG, NOTHING
 from footfall.robot.obstacles import PAYLOAD as PAYLOAD_CODE
-from footfall.robot.overlap_kernel import Ground, Solids
+from footfall.robot.overlap_kernel import Ground, OverlapPairs, Solids, WheelAndGround
 
 _WHEEL_SIDES = 8
 _ROUNDING = 1e-5
@@ -78,11 +78,14 @@ class LegOverlap:
                 for part in PARTS:
                     T = T_hip_base @ poses[link_name(other, part)]
                     frozen.append((LEG + other, _moved(T, meshes[part]), [True] * len(PARTS)))
-        self._moving, self._frozen = _packed(moving), _packed([mesh for _, mesh, _ in frozen])
-        self._codes = np.array([code for code, _, _ in frozen], np.uint8)
-        self._checked = np.array([checked for _, _, checked in frozen], bool).T.copy()
         own = [(PARTS.index(pair.part_a), PARTS.index(pair.part_b)) for pair in description.clearances.own_leg]
-        self._own = np.array(own, np.int64).reshape(-1, 2)
+        self._moving = _packed(moving)
+        self._frozen = _packed([mesh for _, mesh, _ in frozen])
+        self._pairs = OverlapPairs(
+            np.array([code for code, _, _ in frozen], np.uint8),
+            np.array([checked for _, _, checked in frozen], bool).T.copy(),
+            np.array(own, np.int64).reshape(-1, 2),
+        )
         self._ground = Ground(
             np.ascontiguousarray(heights, np.float32),
             geometry.x0,
@@ -99,11 +102,10 @@ class LegOverlap:
         )
         deltas = np.array([description.clearances.terrain[part] for part in PARTS]) + (clearance - _ROUNDING)
         touched = np.append(deltas[:-1], _ROUNDING)
-        # lift of the ground, radius and half width of the wheel that must be free of it, distances to it [m]
         self._modes = {
-            "true": (0.0, *touching, touched),
-            "raised": (raise_terrain, *whole, deltas),
-            "none": (-np.inf, *whole, deltas),
+            "true": WheelAndGround(0.0, *touching, touched),
+            "raised": WheelAndGround(raise_terrain, *whole, deltas),
+            "none": WheelAndGround(-np.inf, *whole, deltas),
         }
 
     def certain(self, qs: ArrayLike, terrain: str) -> tuple[NDArray[np.uint8], NDArray[np.uint8]]:
@@ -116,23 +118,9 @@ class LegOverlap:
             raise InvalidInput("leg postures need the shape (n, 6)", shape=list(qs.shape))
         if terrain not in self._modes:
             raise InvalidInput(f"terrain is one of {', '.join(self._modes)}", terrain=terrain)
-        lift, radius, half_width, deltas = self._modes[terrain]
         link, hit = np.zeros(len(qs), np.uint8), np.full(len(qs), NOTHING, np.uint8)
         overlap_kernel.overlaps(
-            self._lengths,
-            qs,
-            self._moving,
-            self._frozen,
-            self._codes,
-            self._checked,
-            self._own,
-            self._ground,
-            lift,
-            radius,
-            half_width,
-            deltas,
-            link,
-            hit,
+            self._lengths, qs, self._moving, self._frozen, self._pairs, self._ground, self._modes[terrain], link, hit
         )
         return link, hit
 

@@ -43,6 +43,31 @@ class Ground(NamedTuple):
     T_site_hip: Array
 
 
+class WheelAndGround(NamedTuple):
+    """How near the leg may come to the ground.
+
+    lift: of the ground, −inf for no ground. radius, half_width: of the wheel that must be free of it; deltas: (7,)
+    distances that the links must keep from it. All in [m].
+    """
+
+    lift: float
+    radius: float
+    half_width: float
+    deltas: Array
+
+
+class OverlapPairs(NamedTuple):
+    """Which bodies are looked at in pairs.
+
+    codes: (frozen,) what each frozen one is; checked: (7, frozen) by which links it counts; own: (k, 2) links of the
+    leg.
+    """
+
+    codes: NDArray[np.uint8]
+    checked: NDArray[np.bool_]
+    own: NDArray[np.int64]
+
+
 @njit()
 def _separated(axis: Array, a: Array, b: Array) -> bool:
     """Whether vertices a and b lie apart along an axis, which need not be of unit length."""
@@ -148,18 +173,9 @@ def _ground_near(
 
 
 @njit()
-def _hits_ground(
-    ground: Ground,
-    lift: float,
-    radius: float,
-    half_width: float,
-    deltas: Array,
-    moving: Solids,
-    R_hip: Array,
-    at_hip: Array,
-) -> int:
+def _hits_ground(ground: Ground, limits: WheelAndGround, moving: Solids, R_hip: Array, at_hip: Array) -> int:
     """The link that hits the lifted ground, from the wheel inwards; −1 for none."""
-    T = ground.T_site_hip
+    T, lift, deltas = ground.T_site_hip, limits.lift, limits.deltas
     R, center, half, size = np.empty((3, 3)), np.empty(3), np.empty(3), np.empty(3)
     for step in range(PART_COUNT):
         part = _WHEEL - step
@@ -170,7 +186,7 @@ def _hits_ground(
         if center[2] < _height(ground, center[0], center[1]) + lift - 1e-6:
             return part
         if part == _WHEEL:
-            half[0], half[1], half[2] = radius, half_width, radius
+            half[0], half[1], half[2] = limits.radius, limits.half_width, limits.radius
         else:
             half[:] = moving.halves[part]
             if math.isnan(half[0]):
@@ -188,25 +204,17 @@ def overlaps(
     qs: Array,
     moving: Solids,
     frozen: Solids,
-    codes: NDArray[np.uint8],
-    checked: NDArray[np.bool_],
-    own: NDArray[np.int64],
+    pairs: OverlapPairs,
     ground: Ground,
-    lift: float,
-    radius: float,
-    half_width: float,
-    deltas: Array,
+    limits: WheelAndGround,
     link: NDArray[np.uint8],
     hit: NDArray[np.uint8],
 ) -> None:
     """Write which link surely hits what, (n,) each, for leg postures (n, 6); NOTHING where no collision is sure.
 
     Of two links of the leg it is the outer one that hits.
-
-    codes: (frozen,) what each is; checked: (7, frozen) which pairs count; own: (k, 2) pairs within the leg.
-    lift [m]: of the ground, −inf for no ground. radius, half_width [m]: of the wheel that must be free of it; deltas:
-    (7,) distances that the links must keep from it [m].
     """
+    codes, checked, own = pairs.codes, pairs.checked, pairs.own
     for index in prange(len(qs)):
         i = np.int64(index)
         R, at = np.empty((PART_COUNT, 3, 3)), np.empty((PART_COUNT, 3))
@@ -243,7 +251,7 @@ def overlaps(
                 continue
             if _overlap(vertices[a], normals[a], edges[a], vertices[b], normals[b], edges[b]):
                 link[i], hit[i] = max(a, b), SELF
-        if hit[i] == NOTHING and lift > -np.inf:
-            part = _hits_ground(ground, lift, radius, half_width, deltas, moving, R, centers)
+        if hit[i] == NOTHING and limits.lift > -np.inf:
+            part = _hits_ground(ground, limits, moving, R, centers)
             if part >= 0:
                 link[i], hit[i] = part, TERRAIN

@@ -11,7 +11,7 @@ from footfall.core.arrays import Array
 from footfall.planning.walk.footfalls import Footfalls, forbidden_to
 from footfall.planning.walk.guide import Guide
 from footfall.planning.walk.problem import Stance, WalkSettings
-from footfall.planning.walk.spans_kernel import poses_of, spans
+from footfall.planning.walk.spans_kernel import Reaching, Spans, poses_of, spans
 from footfall.planning.walk.world import World
 from footfall.robot.ik import wheel_pose_for_contact
 
@@ -119,22 +119,8 @@ def _reach(world: World, way: Guide, leg: int, Ts_site_wheel: Array, branches: N
     hip = float(np.hypot(*world.legs.Ts_base_hip[leg, :2, 3]))
     steps = np.hypot(*np.diff(way.vectors[:, :2], axis=0).T)
     near = poses if steps.max() < 1e-6 else int(WINDS * (far + hip) / float(steps.mean())) + 2
-    spans(
-        Ts,
-        wheels,
-        np.array(branches),
-        leg,
-        settings.lift,
-        far,
-        beside,
-        near,
-        LEAST,
-        world.legs,
-        rover,
-        first,
-        last,
-        best,
-    )
+    asked = Reaching(settings.lift, LEAST, far, beside, near)
+    spans(Ts, wheels, np.array(branches), leg, asked, world.legs, rover, Spans(first, last, best))
     reached = last >= 0
     low = np.where(reached, way.ways[np.minimum(first, len(way.ways) - 1)], np.inf)
     high = np.where(reached, way.ways[np.maximum(last, 0)], -np.inf)

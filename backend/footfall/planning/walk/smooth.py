@@ -25,7 +25,7 @@ from footfall.planning.walk.legs_kernel import leg_at, pose_of
 from footfall.planning.walk.problem import Stance
 from footfall.planning.walk.search import FEET_APART
 from footfall.planning.walk.smooth_cost import Cost, Way
-from footfall.planning.walk.smooth_kernel import better_pose
+from footfall.planning.walk.smooth_kernel import Measures, MoveInWalk, better_pose
 from footfall.planning.walk.smoothing import Smoothed, WalkFigures
 from footfall.planning.walk.transition_kernel import SIZES
 from footfall.planning.walk.world import World
@@ -113,15 +113,9 @@ class _Smoothing:
         gain = better_pose(
             now,
             _guesses(now, before, after, self._cost.height_above(at.stance), closing),
-            before,
-            after,
             SIZES * IN_PLACE if closing else SIZES,
-            feet_of(at.stance),
-            at.stance.normals,
-            move,
-            self._world.legs,
-            checks,
-            self._cost.weights(checks),
+            MoveInWalk(before, after, feet_of(at.stance), at.stance.normals, move),
+            Measures(self._world.legs, checks, self._cost.weights(checks)),
             self._rng,
             LOOKS,
             best,

@@ -57,6 +57,27 @@ class Weights(NamedTuple):
     roomy: RoverTables
 
 
+class MoveInWalk(NamedTuple):
+    """A foot move, or nobody's at the end, and what is about it.
+
+    before, after: poses of the chassis (6,); normals: (legs, 3) of the ground under the feet.
+    """
+
+    before: Array
+    after: Array
+    feet: Feet
+    normals: Array
+    move: Move
+
+
+class Measures(NamedTuple):
+    """What the cost of a pose is computed with."""
+
+    legs: LegsTables
+    checks: Checks
+    weights: Weights
+
+
 @njit()
 def way_between(one: Array, other: Array) -> float:
     """How long the chassis' way between two poses (6,) is, a turn counting as METRES_A_RADIAN [m]."""
@@ -122,24 +143,14 @@ def tightness(
 
 
 @njit()
-def _pose_cost(
-    vector: Array,
-    before: Array,
-    after: Array,
-    feet: Feet,
-    normals: Array,
-    move: Move,
-    legs: LegsTables,
-    checks: Checks,
-    weights: Weights,
-    most: float,
-) -> float:
-    """What a pose costs between that before and that after, (6,) all; inf where it lacks anything or costs ``most``."""
-    cost = weights.way * (way_between(before, vector) + way_between(vector, after))
+def _pose_cost(vector: Array, at: MoveInWalk, measures: Measures, most: float) -> float:
+    """What a pose (6,) costs between that before and that after; inf where it lacks anything or costs ``most``."""
+    feet, move, legs, checks, weights = at.feet, at.move, measures.legs, measures.checks, measures.weights
+    cost = weights.way * (way_between(at.before, vector) + way_between(vector, at.after))
     cost += weights.nominal * off_height(vector, move.contacts, weights.height)
     if cost >= most or transition_cost(vector, vector, feet, move, legs, checks.rover, checks.balance, np.inf)[0] > 0.0:
         return np.inf
-    torque, margin, room = tightness(vector, feet, normals, move, legs, checks, weights.roomy)
+    torque, margin, room = tightness(vector, feet, at.normals, move, legs, checks, weights.roomy)
     if not torque <= checks.most_torque:
         return np.inf
     cost += weights.torque * torque**4 + weights.margin * short_of(margin, ROOMY_MARGIN)
@@ -150,15 +161,9 @@ def _pose_cost(
 def better_pose(
     now: Array,
     guesses: Array,
-    before: Array,
-    after: Array,
     sizes: Array,
-    feet: Feet,
-    normals: Array,
-    move: Move,
-    legs: LegsTables,
-    checks: Checks,
-    weights: Weights,
+    at: MoveInWalk,
+    measures: Measures,
     rng: np.random.Generator,
     looks: int,
     best: Array,
@@ -168,11 +173,11 @@ def better_pose(
     guesses: (n, 6) to look at first; sizes: (6,) of changes [m, rad], 0: none of that number. looks: how many poses
     are looked at.
     """
-    first = cost = _pose_cost(now, before, after, feet, normals, move, legs, checks, weights, np.inf)
+    first = cost = _pose_cost(now, at, measures, np.inf)
     best[:] = now
     for i in range(len(guesses)):
         guess = guesses[i]
-        found = _pose_cost(guess, before, after, feet, normals, move, legs, checks, weights, cost)
+        found = _pose_cost(guess, at, measures, cost)
         if found < cost:
             cost = found
             best[:] = guess
@@ -182,7 +187,7 @@ def better_pose(
             break
         for k in range(6):
             tried[k] = best[k] + spread * sizes[k] * rng.standard_normal()
-        found = _pose_cost(tried, before, after, feet, normals, move, legs, checks, weights, cost)
+        found = _pose_cost(tried, at, measures, cost)
         if found < cost:
             cost = found
             best[:] = tried

@@ -1,6 +1,7 @@
 """From which part of a guide each leg reaches each footfall: compiled."""
 
 import math
+from typing import NamedTuple
 
 import numpy as np
 from numba import prange
@@ -12,30 +13,46 @@ from footfall.planning.scene.rover_kernel import RoverTables, leg_too_near_itsel
 from footfall.planning.walk.legs_kernel import LegsTables, leg_at, pose_of
 
 
+class Reaching(NamedTuple):
+    """What counts as reached, and where that is looked at.
+
+    A leg reaches a wheel where it has ``least`` to spare both on the ground and lifted by ``lift`` [m]. reach: no wheel
+    farther from its hip is looked at [m]; beside: (m,) the pose beside each wheel; near: how many before and after it
+    are looked at.
+    """
+
+    lift: float
+    least: float
+    reach: float
+    beside: NDArray[np.int64]
+    near: int
+
+
+class Spans(NamedTuple):
+    """first, last: (m,) of the longest run of poses, n and −1 where there is none; best: (m,) most to spare."""
+
+    first: NDArray[np.int64]
+    last: NDArray[np.int64]
+    best: Array
+
+
 @njit(parallel=True)
 def spans(
     Ts_site_base: Array,
     Ts_site_wheel: Array,
     branches: NDArray[np.int64],
     leg: int,
-    lift: float,
-    reach: float,
-    beside: NDArray[np.int64],
-    near: int,
-    least: float,
+    asked: Reaching,
     legs: LegsTables,
     rover: RoverTables,
-    first: NDArray[np.int64],
-    last: NDArray[np.int64],
-    best: Array,
+    out: Spans,
 ) -> None:
-    """Write first and last (m,) of the longest run of poses (n, 3, 4) from which a leg reaches each wheel pose.
+    """Write the longest run of poses (n, 3, 4) from which a leg reaches each wheel pose.
 
-    Ts_site_wheel: (m, 3, 4), branches: (m,). A leg reaches it where it has ``least`` to spare both on the ground
-    and lifted by ``lift`` [m]; first is n and last −1 where it never does. reach: no wheel farther from its hip is
-    looked at [m]; beside, near: (m,) the pose beside each wheel, and how many before and after it are looked at.
-    best: (m,) most to spare.
+    Ts_site_wheel: (m, 3, 4), branches: (m,).
     """
+    lift, least, reach, beside, near = asked.lift, asked.least, asked.reach, asked.beside, asked.near
+    first, last, best = out.first, out.last, out.best
     count = len(Ts_site_base)
     H = legs.Ts_base_hip[leg]
     hips = np.empty((count, 3))

@@ -9,6 +9,7 @@ so that everything is in metres.
 """
 
 import math
+from typing import NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
@@ -21,6 +22,39 @@ DAMPING = 1e-9
 """Constant part of the damping, as a share of the squared length [–]."""
 LIMIT_SLACK = 1e-9
 """By how much rounding may bring a joint past its limit [rad or m]."""
+
+
+class LimbChain(NamedTuple):
+    """A limb's joints.
+
+    placements: (joints + 1, 4, 4) from each to the next; axes: (joints, 3) unit; slides: which do; lower, upper: their
+    limits [rad or m].
+    """
+
+    placements: Array
+    axes: Array
+    slides: NDArray[np.bool_]
+    lower: Array
+    upper: Array
+
+
+class Nearness(NamedTuple):
+    """What counts as at a place: an error of up to ``tolerance`` [m] in so many equations, turns times ``length``."""
+
+    length: float
+    equations: int
+    tolerance: float
+
+
+class Seeds(NamedTuple):
+    """Postures that are known beforehand, (seeds, joints), and how many of them are tried for each place.
+
+    places: of their feet, (seeds, 3 or 12): origins, then rotations row by row.
+    """
+
+    postures: Array
+    places: Array
+    tried: int
 
 
 @njit()
@@ -131,21 +165,13 @@ def _step(J: Array, error: Array, damping: float, equations: int, joints: int, H
 
 
 @njit()
-def descend(
-    placements: Array,
-    axes: Array,
-    slides: NDArray[np.bool_],
-    target: Array,
-    length: float,
-    equations: int,
-    tolerance: float,
-    q: Array,
-) -> float:
-    """Change ``q`` (joints,) in place until the foot is at its place within ``tolerance`` [m]; returns the error left.
+def descend(chain: LimbChain, target: Array, near: Nearness, q: Array) -> float:
+    """Change ``q`` (joints,) in place until the foot is at its place; returns the error left [m].
 
     Limits are not heeded here: a turn that ends past one may be the same posture a whole turn earlier.
     """
-    joints = q.size
+    placements, axes, slides, joints = chain.placements, chain.axes, chain.slides, q.size
+    length, equations, tolerance = near.length, near.equations, near.tolerance
     T = np.empty((3, 4))
     points, turns = np.empty((joints, 3)), np.empty((joints, 3))
     J, H = np.empty((6, joints)), np.zeros((joints, joints))
@@ -191,8 +217,9 @@ def is_among(q: Array, known: Array, slides: NDArray[np.bool_], apart: float) ->
 
 
 @njit()
-def into_limits(q: Array, slides: NDArray[np.bool_], lower: Array, upper: Array) -> bool:
+def into_limits(q: Array, chain: LimbChain) -> bool:
     """Turn each angle by whole turns into its limits, in place; False where one can't be."""
+    slides, lower, upper = chain.slides, chain.lower, chain.upper
     for joint in range(q.size):
         value = q[joint]
         if not slides[joint]:
@@ -204,23 +231,16 @@ def into_limits(q: Array, slides: NDArray[np.bool_], lower: Array, upper: Array)
 
 
 @njit()
-def nearest_seeds(
-    seeds: Array,
-    seed_places: Array,
-    target: Array,
-    length: float,
-    equations: int,
-    chosen: NDArray[np.int64],
-) -> int:
+def nearest_seeds(seeds: Seeds, target: Array, near: Nearness, chosen: NDArray[np.int64]) -> int:
     """Fill ``chosen`` with the numbers of the seeds whose feet are nearest to the place; returns how many there are.
 
-    seed_places: (seeds, 3 or 12) origins, then rotations row by row. The distance is that of points, and of rotations
-    by their chord, times ``length``.
+    The distance is that of points, and of rotations by their chord, times the length.
     """
+    seed_places, length, equations = seeds.places, near.length, near.equations
     count = chosen.size
     best = np.full(count, np.inf)
     held = 0
-    for seed in range(seeds.shape[0]):
+    for seed in range(seed_places.shape[0]):
         away = 0.0
         for i in range(3):
             d = seed_places[seed, i] - target[i, 3]
@@ -248,58 +268,33 @@ def nearest_seeds(
 
 @njit()
 def solve_places(
-    placements: Array,
-    axes: Array,
-    slides: NDArray[np.bool_],
-    lower: Array,
-    upper: Array,
-    targets: Array,
-    length: float,
-    equations: int,
-    tolerance: float,
-    apart: float,
-    seeds: Array,
-    seed_places: Array,
-    tried: int,
-    q: Array,
-    left: Array,
+    chain: LimbChain, targets: Array, near: Nearness, seeds: Seeds, apart: float, q: Array, left: Array
 ) -> None:
     """Write all different postures found for places (n, 4, 4): q (n, most, joints), NaN beyond, and their errors.
 
-    tried: seeds for each place. apart: two postures that differ by less in every joint are one [rad or m].
+    apart: two postures that differ by less in every joint are one [rad or m].
     """
-    joints, most = lower.size, q.shape[1]
-    chosen = np.empty(tried, np.int64)
+    joints, most = chain.lower.size, q.shape[1]
+    chosen = np.empty(seeds.tried, np.int64)
     trial = np.empty(joints)
     for i in range(targets.shape[0]):
         found = 0
-        held = nearest_seeds(seeds, seed_places, targets[i], length, equations, chosen)
+        held = nearest_seeds(seeds, targets[i], near, chosen)
         for at in range(held):
-            trial[:] = seeds[chosen[at]]
-            error = descend(placements, axes, slides, targets[i], length, equations, tolerance, trial)
-            if not error <= tolerance or not into_limits(trial, slides, lower, upper):
+            trial[:] = seeds.postures[chosen[at]]
+            error = descend(chain, targets[i], near, trial)
+            if not error <= near.tolerance or not into_limits(trial, chain):
                 continue
-            if found < most and not is_among(trial, q[i, :found], slides, apart):
+            if found < most and not is_among(trial, q[i, :found], chain.slides, apart):
                 q[i, found] = trial
                 left[i, found] = error
                 found += 1
 
 
 @njit()
-def solve_from(
-    placements: Array,
-    axes: Array,
-    slides: NDArray[np.bool_],
-    lower: Array,
-    upper: Array,
-    targets: Array,
-    length: float,
-    equations: int,
-    tolerance: float,
-    q: Array,
-) -> None:
+def solve_from(chain: LimbChain, targets: Array, near: Nearness, q: Array) -> None:
     """Change each posture (n, joints) to the one at its place (n, 4, 4) that the way leads to, NaN where to none."""
     for i in range(targets.shape[0]):
-        error = descend(placements, axes, slides, targets[i], length, equations, tolerance, q[i])
-        if not error <= tolerance or not into_limits(q[i], slides, lower, upper):
+        error = descend(chain, targets[i], near, q[i])
+        if not error <= near.tolerance or not into_limits(q[i], chain):
             q[i] = np.nan

@@ -30,15 +30,15 @@ class LimbSolver(ABC):
 
     def __init__(self, limb: Limb) -> None:
         self.limb = limb
+        self._chain = limb_kernel.LimbChain(limb.placements, limb.axes, limb.slides, limb.lower, limb.upper)
 
     def feet(self, q: ArrayLike) -> Array:
         """Poses T_base_foot (n, 4, 4) at postures (n, joints)."""
         postures, joints = self._postures(q), len(self.limb.names)
         Ts = np.tile(np.eye(4), (len(postures), 1, 1))
         points, turns = np.empty((joints, 3)), np.empty((joints, 3))
-        chain = self.limb.placements, self.limb.axes, self.limb.slides
         for posture, T in zip(postures, Ts, strict=True):
-            limb_kernel.foot_and_jacobian(*chain, posture, T, points, turns)
+            limb_kernel.foot_and_jacobian(*self._chain[:3], posture, T, points, turns)
         return Ts
 
     @abstractmethod

@@ -28,27 +28,24 @@ class NumericLimb(LimbSolver):
 
     def __init__(self, limb: Limb) -> None:
         super().__init__(limb)
-        self._chain = limb.placements, limb.axes, limb.slides, limb.lower, limb.upper
-        self._length = 0.5 * limb.reach
-        self._tried = TRIED if len(limb.names) > 3 else TRIED_OF_FEW
-        self._tolerance = TOLERANCE * limb.reach
+        self._near = limb_kernel.Nearness(0.5 * limb.reach, limb.equations, TOLERANCE * limb.reach)
+        tried = TRIED if len(limb.names) > 3 else TRIED_OF_FEW
         rng = np.random.default_rng(0)
-        self._seeds = rng.uniform(limb.lower, limb.upper, (SEEDS, len(limb.names)))
-        feet = self.feet(self._seeds)
-        self._seed_places = np.hstack([feet[:, :3, 3], feet[:, :3, :3].reshape(SEEDS, 9)])
+        postures = rng.uniform(limb.lower, limb.upper, (SEEDS, len(limb.names)))
+        feet = self.feet(postures)
+        places = np.hstack([feet[:, :3, 3], feet[:, :3, :3].reshape(SEEDS, 9)])
+        self._seeds = limb_kernel.Seeds(postures, places, tried)
 
     def solve(self, places: ArrayLike) -> LimbSolutions:
         """Those found first, then NaN; at most 16 (MOST) of each place."""
         targets = self._targets(places)
         q = np.full((len(targets), MOST, len(self.limb.names)), np.nan)
         left = np.full((len(targets), MOST), np.nan)
-        asked = targets, self._length, self.limb.equations, self._tolerance
-        limb_kernel.solve_places(*self._chain, *asked, APART, self._seeds, self._seed_places, self._tried, q, left)
+        limb_kernel.solve_places(self._chain, targets, self._near, self._seeds, APART, q, left)
         return LimbSolutions(q, left)
 
     def solve_from(self, places: ArrayLike, q: ArrayLike) -> Array:
         """The end of a descent."""
         targets, postures = self._from(places, q)
-        asked = targets, self._length, self.limb.equations, self._tolerance
-        limb_kernel.solve_from(*self._chain, *asked, postures)
+        limb_kernel.solve_from(self._chain, targets, self._near, postures)
         return postures
