@@ -169,12 +169,7 @@ class _Attempt:
             height=layout.height,
             tread=layout.tread,
             adapted=int((layout.away > 0.0).sum()),
-            waypoints=np.array(rows.postures),
-            Ts_site_base=np.array(rows.poses),
-            moves=np.array(rows.moves, np.int64),
-            phases=tuple(rows.phases),
-            margins=np.array(rows.margins),
-            torques=np.array(rows.torques),
+            **rows.rows.waypoints,
             provenance=Provenance(self.parents, self.settings.as_walk()),
         )
 

@@ -8,9 +8,9 @@ from numpy.typing import NDArray
 from footfall.core.arrays import Array
 from footfall.core.value import Provenance
 from footfall.planning.answers import Check
-from footfall.planning.motion import BODY
 from footfall.planning.walk.foot_move import At, BodyWay, Moved
-from footfall.planning.walk.problem import LIFT, LOWER, SWING, WalkGoal, WalkPlan, WalkSettings, part_name
+from footfall.planning.walk.joined_rows import JoinedRows, swung
+from footfall.planning.walk.problem import WalkGoal, WalkPlan, WalkSettings, part_name
 
 
 class Measured(Protocol):
@@ -42,57 +42,21 @@ class Measured(Protocol):
         ...
 
 
-class _Rows:
-    """Waypoints as they are joined."""
-
-    def __init__(self) -> None:
-        self.postures: list[Array] = []
-        self.poses: list[Array] = []
-        self.moves: list[int] = []
-        self.phases: list[str] = []
-        self.margins: list[float] = []
-        self.torques: list[float] = []
-
-    def body(self, way: BodyWay, number: int, first: int) -> None:
-        """A chassis' way; first: the row it begins with, 1 where that is already there."""
-        for row in range(first, len(way.postures)):
-            self._add(way.postures[row], way.Ts_site_base[row], number, BODY, way.margins[row], way.torques[row])
-
-    def swing(self, moved: Moved, number: int) -> None:
-        over, leg = moved.swing, moved.leg
-        for row in range(1, len(over.waypoints)):
-            posture = self.postures[-1].copy()
-            posture[6 * leg : 6 * leg + 6] = over.waypoints[row]
-            phase = LIFT if row <= over.up else SWING if row <= over.down else LOWER
-            self._add(posture, moved.to.T_site_base, number, phase, moved.margins[row], moved.torques[row])
-
-    def _add(self, posture: Array, T: Array, number: int, phase: str, margin: float, torque: float) -> None:
-        self.postures.append(posture)
-        self.poses.append(T)
-        self.moves.append(number)
-        self.phases.append(phase)
-        self.margins.append(float(margin))
-        self.torques.append(float(torque))
-
-
 def walk_of(goal: WalkGoal, start: At, way: list[Moved], closing: BodyWay | None, provenance: Provenance) -> WalkPlan:
     """The walk of some foot moves; closing: the chassis' way after the last, None for a walk that ends there."""
-    rows = _Rows()
+    rows = JoinedRows()
     for number, moved in enumerate(way):
-        rows.body(moved.body, number, 1 if number else 0)
-        rows.swing(moved, number)
+        rows.body(moved.body, number)
+        path, phases = swung(moved)
+        for row in range(1, len(path)):
+            rows.add(path[row], moved.to.T_site_base, number, phases[row], moved.margins[row], moved.torques[row])
     if closing is not None:
-        rows.body(closing, len(way), 1 if way else 0)
+        rows.body(closing, len(way))
     return WalkPlan(
         goal=goal,
         legs=tuple(moved.leg for moved in way),
         stances=(start.stance, *(moved.to.stance for moved in way)),
-        waypoints=np.array(rows.postures),
-        Ts_site_base=np.array(rows.poses),
-        moves=np.array(rows.moves, np.int64),
-        phases=tuple(rows.phases),
-        margins=np.array(rows.margins),
-        torques=np.array(rows.torques),
+        **rows.waypoints,
         provenance=provenance,
     )
 
