@@ -42,6 +42,8 @@ class _Kept(FunctionCache):
         path, module = Path(function.__code__.co_filename).resolve(), function.__module__
         made_of = _content(path, path.parents[module.count(".")], module.partition(".")[0])
         self._cache_file = IndexDataCacheFile(self._cache_path, self._impl.filename_base, made_of)
+        # asked before what is kept is unpickled: that may name classes that are no more
+        self._cache_file._version = f"{numba.__version__} {made_of}"
 
 
 @cache

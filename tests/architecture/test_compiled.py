@@ -44,7 +44,11 @@ def package(tmp_path):
 
 def third_of_ten(package):
     """What a new process answers, and how often it found its code on the disk."""
-    program = "from thing.caller import third; print(third(10.0), sum(third.stats.cache_hits.values()))"  # type: ignore
+    return answered(package, "from thing.caller import third; print(third(10.0), sum(third.stats.cache_hits.values()))")
+
+
+def answered(package, program):
+    """The two numbers that a program prints in a new process."""
     kept = {name: text for name, text in os.environ.items() if not name.startswith("NUMBA_")}
     # Python takes its own compiled module for the present one if it has the same size and second of change
     answer = subprocess.run(
@@ -74,3 +78,29 @@ def test_a_change_in_what_it_calls_or_uses_makes_it_anew(package, file, old, new
     (package / file).write_text(FILES[file].replace(old, new))
     assert third_of_ten(package) == (10.0 if file == "callee.py" else 16.0, 0)
     assert third_of_ten(package)[1] == 1
+
+
+TAKER = """
+from typing import NamedTuple
+from footfall.compiled import njit
+
+class Two(NamedTuple):
+    one: float
+    other: float
+
+@njit()
+def added(two):
+    return two.one + two.other
+"""
+
+
+def test_a_class_that_was_renamed_since_keeps_nothing_from_running(package):
+    """As after an update in place: what is kept names the class, and is only looked at where it is still good."""
+    taker = package / "taker.py"
+    program = "from thing.taker import added, {0}; print(added({0}(1.0, 2.0)), sum(added.stats.cache_hits.values()))"
+    taker.write_text(TAKER)
+    assert answered(package, program.format("Two")) == (3.0, 0)
+    assert answered(package, program.format("Two")) == (3.0, 1)
+    taker.write_text(TAKER.replace("Two", "Pair"))
+    assert answered(package, program.format("Pair")) == (3.0, 0)
+    assert answered(package, program.format("Pair")) == (3.0, 1)
