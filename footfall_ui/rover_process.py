@@ -218,9 +218,9 @@ def _listen(process: Begun, session: str, words: "deque[str]") -> None:
             if not text:
                 continue
             head, _, rest = text.partition(": ")
-            told, _, named = head.partition(" ")
-            if rest and named and told in _LEVELS:
-                level, name, text = _LEVELS[told], named, rest
+            word, _, named = head.partition(" ")
+            if rest and named and word in _LEVELS:
+                level, name, text = _LEVELS[word], named, rest
             words.append(text)
             logging.getLogger(name).log(level, "%s", text)
 

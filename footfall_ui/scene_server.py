@@ -31,7 +31,7 @@ class SceneServer:
 
     def __init__(self, sessions: Sessions) -> None:
         self._sessions = sessions
-        self._told: set[type[Exception]] = set()
+        self._reported: set[type[Exception]] = set()
         self._pause = FIRST_PAUSE
         self._close_opened = contextlib.ExitStack()
         self._open()
@@ -88,15 +88,15 @@ class SceneServer:
                 self._scene = PageScenes(server, door.visitors)
                 opened.callback(self._scene.close)
             except Exception as error:  # whatever it is: the operator can work without the scene
-                if type(error) not in self._told:
-                    self._told.add(type(error))
+                if type(error) not in self._reported:
+                    self._reported.add(type(error))
                     _log.exception("the 3-D scene could not start, and is tried again")
                 self._door = closed_door(f"{type(error).__name__}: {error}")
                 self._again_at = time.monotonic() + self._pause
                 self._pause = min(2 * self._pause, LONGEST_PAUSE)
                 return
             self._door, self._pause = door, FIRST_PAUSE
-            self._told.clear()
+            self._reported.clear()
             self._close_opened = opened.pop_all()
 
 

@@ -52,15 +52,15 @@ def plan_gait(
 def _show(result: GaitResult, seconds: float, as_json: bool) -> None:
     made = result.plan or result.partial
     if as_json:
-        told = {name: field for name, field in fields_of(result).items() if name not in ("plan", "partial")}
+        fields = {name: field for name, field in fields_of(result).items() if name not in ("plan", "partial")}
         figures = None if made is None else _figures(made)
-        terminal.show({**told, "digest": result.digest, "figures": figures, "seconds": seconds})
+        terminal.show({**fields, "digest": result.digest, "figures": figures, "seconds": seconds})
         return
     typer.echo(f"{result.status.value}: {result.reason}" if result.reason else result.status.value)
     terminal.show_checks(result.checks)
     if made is not None:
-        told = ", ".join(f"{name.replace('_', ' ')} {number:.3g}" for name, number in _figures(made).items())
-        typer.echo(f"{'all the way' if result.plan else 'as far as it comes'}: {told}")
+        fields = ", ".join(f"{name.replace('_', ' ')} {number:.3g}" for name, number in _figures(made).items())
+        typer.echo(f"{'all the way' if result.plan else 'as far as it comes'}: {fields}")
     typer.echo(f"planned in {seconds:z.2f} s")
 
 

@@ -118,10 +118,10 @@ def make_legged_map(
     cell = stack.geometry.resolution**2
     area = {REFUSALS[code].name: counts[code] * cell for code in sorted(counts)}
     if as_json:
-        told = {"digest": stack.digest, "leg": leg, "leg_name": robot.leg_names[leg], "layers": list(stack.layers)}
+        answer = {"digest": stack.digest, "leg": leg, "leg_name": robot.leg_names[leg], "layers": list(stack.layers)}
         written = None if out is None else str(out)
-        told |= {"area_m2": area, "not_lifted": stack.not_lifted, "unchecked": unchecked(robot), "written": written}
-        terminal.show(told)
+        answer |= {"area_m2": area, "not_lifted": stack.not_lifted, "unchecked": unchecked(robot), "written": written}
+        terminal.show(answer)
         return
     typer.echo(f"leg {robot.leg_names[leg]}: a step leads to {area.get(REFUSALS[NOTHING].name, 0.0):z.3f} m²")
     for code in sorted(set(counts) - {NOTHING}):
@@ -195,8 +195,8 @@ def _show(result: LeggedResult, seconds: float, as_json: bool) -> None:
     for text in result.unchecked:
         typer.echo(f"  not checked: {text}")
     if result.plan is not None:
-        told = _figures(result.plan)
-        way = f"{told['foot_moves']} foot moves, the chassis goes {told['chassis_way']:z.2f} m"
+        of_plan = _figures(result.plan)
+        way = f"{of_plan['foot_moves']} foot moves, the chassis goes {of_plan['chassis_way']:z.2f} m"
         typer.echo(f"{way}, digest {result.plan.digest}")
     typer.echo(f"planned in {seconds:z.2f} s")
 

@@ -126,8 +126,8 @@ def _show(stack: MapStack, best: "Suggestions | None", as_json: bool, written: P
     if stack.not_lifted:
         typer.echo(f"⊘ leg {stack.leg} can't step anywhere: {stack.not_lifted}")
     for rank, one in enumerate(best.footfalls if best is not None else (), 1):
-        told = (*(() if one.apart is None else (one.apart.text,)), *one.reasons)
-        typer.echo(f"{rank}. ({one.x:z.2f}, {one.y:z.2f}) m, {one.score:z.3f} of 1: {'; '.join(told)}")
+        reasons = (*(() if one.apart is None else (one.apart.text,)), *one.reasons)
+        typer.echo(f"{rank}. ({one.x:z.2f}, {one.y:z.2f}) m, {one.score:z.3f} of 1: {'; '.join(reasons)}")
     if best is not None and best.reason:
         typer.echo(best.reason)
     if written is not None:

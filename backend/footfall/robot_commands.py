@@ -48,8 +48,8 @@ def init(
     if as_json:
         legs = [{"name": leg.name, "foot": leg.foot, "sole": leg.sole.kind, "group": leg.group} for leg in model.legs]
         pairs = {"always": len(found.always), "sometimes": len(found.sometimes), "never": len(found.never)}
-        told = {"name": model.tree.name, "written": str(target), "mass": model.tree.mass, "legs": legs}
-        terminal.show({**told, "left_out": model.left_out, "pairs": pairs, "samples": samples, "seed": seed})
+        answer = {"name": model.tree.name, "written": str(target), "mass": model.tree.mass, "legs": legs}
+        terminal.show({**answer, "left_out": model.left_out, "pairs": pairs, "samples": samples, "seed": seed})
         return
     for leg in model.legs:
         joints = f"{len(leg.joints)} joints to {leg.foot}, {leg.sole.kind}, group {leg.group}"
@@ -73,8 +73,8 @@ def check(
     counts = {grade: sum(one.grade is grade for one in findings) for grade in Grade}
     usable = not counts[Grade.UNUSABLE]
     if as_json:
-        told = {grade.name.lower(): count for grade, count in counts.items()}
-        terminal.show({"ok": usable, "counts": told, "findings": findings})
+        counted = {grade.name.lower(): count for grade, count in counts.items()}
+        terminal.show({"ok": usable, "counts": counted, "findings": findings})
     for one in findings:
         where = f" {one.where}:" if one.where else ""
         say(f"{SIGNS[one.grade]} {one.grade.value:<13} {one.check_name:<11}{where} {one.text}", as_json)

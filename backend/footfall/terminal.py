@@ -154,8 +154,8 @@ def commands_made(
     """How a step or a walk is commanded; done: None: as it was planned."""
     if done is None:
         return {"mode": "rigid", "status": result.status, "reason": "", "digest": None}
-    told = {"status": done.status, "reason": done.reason, "digest": done.digest, "checks": done.checks}
-    return {"mode": mode_of(done), **told}
+    answer = {"status": done.status, "reason": done.reason, "digest": done.digest, "checks": done.checks}
+    return {"mode": mode_of(done), **answer}
 
 
 def mode_of(done: ExecutionResult | WalkExecutionResult) -> str:

@@ -40,11 +40,11 @@ class WithGoal(TyperCommand):
 
 def yaw_apart(arguments: Sequence[str]) -> list[str]:
     """Arguments with the third number after ``--goal``, where there is one, as ``--goal-yaw``."""
-    told = list(arguments)
-    at = told.index(GOAL) + 3 if GOAL in told else len(told)
-    if at < len(told) and _is_number(told[at]):
-        told.insert(at, GOAL_YAW)
-    return told
+    apart = list(arguments)
+    at = apart.index(GOAL) + 3 if GOAL in apart else len(apart)
+    if at < len(apart) and _is_number(apart[at]):
+        apart.insert(at, GOAL_YAW)
+    return apart
 
 
 def _is_number(text: str) -> bool:
@@ -165,14 +165,14 @@ def _show(result: WalkResult, done: WalkExecutionResult | None, seconds: float, 
     if as_json:
         figures = None if result.plan is None else _figures(result.plan)
         partial = None if result.partial is None else _figures(result.partial)
-        told = {"digest": result.digest, "figures": figures, "partial_figures": partial, "seconds": seconds}
+        answer = {"digest": result.digest, "figures": figures, "partial_figures": partial, "seconds": seconds}
         commands = terminal.commands_made(result, done)
-        terminal.show({**fields_of(result), **told, "commands": commands})
+        terminal.show({**fields_of(result), **answer, "commands": commands})
         return
     typer.echo(f"{result.status.value}: {result.reason}" if result.reason else result.status.value)
     terminal.show_checks(result.checks)
     for one in result.blocked:
-        typer.echo(f"  blocked {one.count} times by {_told(one)}")
+        typer.echo(f"  blocked {one.count} times by {_blocked_in_words(one)}")
     if result.plan is not None:
         typer.echo(f"{_in_words(result.plan)}, digest {result.plan.digest}")
         if result.plan.tethered is not None:
@@ -201,10 +201,10 @@ def _figures(plan: WalkPlan) -> dict[str, float]:
 
 
 def _in_words(plan: WalkPlan) -> str:
-    told = _figures(plan)
+    figures = _figures(plan)
     return (
-        f"{foot_moves_in_words(plan)} ({told['steps']} steps), the chassis goes {told['chassis_way']:z.2f} m, "
-        f"least margin {told['least_margin']:z.3f} m, largest torque {told['largest_torque']:.0%} of its limit"
+        f"{foot_moves_in_words(plan)} ({figures['steps']} steps), the chassis goes {figures['chassis_way']:z.2f} m, "
+        f"least margin {figures['least_margin']:z.3f} m, largest torque {figures['largest_torque']:.0%} of its limit"
     )
 
 
@@ -227,7 +227,7 @@ def _smoothed_in_words(smoothed: Smoothed) -> str:
     )
 
 
-def _told(blocked: Blocked) -> str:
+def _blocked_in_words(blocked: Blocked) -> str:
     leg = "" if blocked.leg is None else f" of leg {blocked.leg}"
     known = np.isfinite([blocked.x, blocked.y]).all()
     return f"{blocked.check_name}{leg}" + (f" at ({blocked.x:z.2f}, {blocked.y:z.2f}) m" if known else "")

@@ -23,8 +23,8 @@ def colliding(result: PlanResult, links: Collection[str]) -> tuple[str, ...]:
     """
     if result.plan is not None:
         return ()
-    told = [check.where for check in result.checks if not check.holds and "collision" in check.name]
-    for text in [*told, *result.reason.split(";")]:
+    where = [check.where for check in result.checks if not check.holds and "collision" in check.name]
+    for text in [*where, *result.reason.split(";")]:
         named = [word for word in _WORDS.findall(text) if word in links]
         if named:
             return tuple(dict.fromkeys(named))[:2]

@@ -120,9 +120,9 @@ class Glb:
         tree = {name: said for name, said in self._tree.items() if said != []}
         if content:
             tree["buffers"] = [{"byteLength": len(content)}]
-        told = json.dumps(tree, separators=(",", ":")).encode()
-        told += b" " * (-len(told) % 4)
-        chunks = struct.pack("<I4s", len(told), b"JSON") + told
+        text = json.dumps(tree, separators=(",", ":")).encode()
+        text += b" " * (-len(text) % 4)
+        chunks = struct.pack("<I4s", len(text), b"JSON") + text
         if content:
             chunks += struct.pack("<I4s", len(content), b"BIN\0") + content
         return struct.pack("<4sII", b"glTF", 2, 12 + len(chunks)) + chunks

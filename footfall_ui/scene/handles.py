@@ -67,9 +67,9 @@ class Drags:
     """Drags that wait to be told: of several places only the newest, letting go always. Used in viser's loop and one
     other thread."""
 
-    def __init__(self, soon: Callable[[Callable[[], None]], None], told: Callable[[Drag], None]) -> None:
+    def __init__(self, soon: Callable[[Callable[[], None]], None], tell: Callable[[Drag], None]) -> None:
         """soon: has something done in the thread that tells."""
-        self._soon, self._told = soon, told
+        self._soon, self._tell = soon, tell
         self._waiting: deque[Drag] = deque()
 
     def put(self, drag: Drag) -> None:
@@ -81,7 +81,7 @@ class Drags:
 
     def _next(self) -> None:
         if self._waiting:
-            self._told(self._waiting.popleft())
+            self._tell(self._waiting.popleft())
 
 
 class HandleDrawing:

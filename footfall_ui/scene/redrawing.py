@@ -25,7 +25,7 @@ class Redrawing:
         self._failed: set[str] = set()
         self._jobs: list[Callable[[], None]] = []
         self._closed = False
-        self._told: set[tuple[str, type[Exception]]] = set()
+        self._reported: set[tuple[str, type[Exception]]] = set()
         self._pause = FIRST_PAUSE
         self._due = 0.0
         self._thread = threading.Thread(target=self._run, name="scene", daemon=True)
@@ -82,9 +82,9 @@ class Redrawing:
         try:
             draw()
         except Exception as error:
-            if (name, type(error)) not in self._told:
-                self._told.add((name, type(error)))
+            if (name, type(error)) not in self._reported:
+                self._reported.add((name, type(error)))
                 _log.exception("%s: could not be drawn, and is tried again", name)
             return False
-        self._told = {told for told in self._told if told[0] != name}
+        self._reported = {known for known in self._reported if known[0] != name}
         return True

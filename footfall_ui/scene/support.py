@@ -73,15 +73,15 @@ class DrawnStance:
         plain, careful, friction = (self.margins[name] for name in LINES)
         if not np.isfinite(plain):
             return f"margin: too few {self.feet} stand"
-        told = [
+        lines = [
             f"{'margin' if plain >= 0 else '✕ margin'} {plain:z.2f} m",
             f"any leg lost {careful:z.2f} m" if np.isfinite(careful) else "any leg lost: none",
         ]
         if friction == -np.inf:
-            told.append("✕ friction does not hold it")
+            lines.append("✕ friction does not hold it")
         elif abs(friction - plain) > ALIKE:
-            told.append(f"friction {friction:z.2f} m")
-        return ", ".join(told)
+            lines.append(f"friction {friction:z.2f} m")
+        return ", ".join(lines)
 
 
 def stance_of(robot: AnyRobot, state: RobotState, dem: Dem | None = None) -> DrawnStance:

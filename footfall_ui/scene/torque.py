@@ -79,7 +79,7 @@ class TorqueDrawing:
         self._server, self._robot, self._root = server, robot, f"/{name}/torques"
         self._drawn = Drawn(server)
         self._batches: dict[str, viser.BatchedMeshHandle] = {}
-        self._told: WorstJoint | None = None
+        self._shown: WorstJoint | None = None
 
     def show(self, state: RobotState) -> None:
         poses = link_poses(self._robot, state.posture)
@@ -90,10 +90,10 @@ class TorqueDrawing:
                 self._put(name, np.array([at for at, found in zip(joints, levels, strict=True) if found == name]))
         worst = worst_joint(self._robot, state)
         if worst is None:
-            self._told = None
-        elif not worst.is_like(self._told):
+            self._shown = None
+        elif not worst.is_like(self._shown):
             self._drawn.add(self._server.scene.add_label, LABEL, worst.text, position=worst.point)
-            self._told = worst
+            self._shown = worst
         shown = [f"{self._root}/{name}" for name in LEVELS if name in levels]
         self._batches = {name: one for name, one in self._batches.items() if name in levels}
         self._drawn.only([*shown, *([] if worst is None else [LABEL])])
@@ -123,5 +123,5 @@ class TorqueDrawing:
         )
 
     def hide(self) -> None:
-        self._batches, self._told = {}, None
+        self._batches, self._shown = {}, None
         self._drawn.clear()

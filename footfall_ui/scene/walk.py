@@ -64,13 +64,13 @@ def end_text(result: WalkResult | GaitResult | LeggedResult) -> str:
     if plan is None:
         return ""
     if isinstance(plan, GaitPlan):
-        told = f"{len(plan.groups)} steps of the gait"
-        return told if result.plan is not None else f"✕ it comes this far: {told}"
+        text = f"{len(plan.groups)} steps of the gait"
+        return text if result.plan is not None else f"✕ it comes this far: {text}"
     if isinstance(plan, WalkPlan):
-        told = foot_moves_in_words(plan)
+        text = foot_moves_in_words(plan)
     else:
-        told = f"{len(plan.moves)} foot move{'' if len(plan.moves) == 1 else 's'}"
-    return f"walk: {told}" if result.plan is not None else f"✕ it comes this far: {told}"
+        text = f"{len(plan.moves)} foot move{'' if len(plan.moves) == 1 else 's'}"
+    return f"walk: {text}" if result.plan is not None else f"✕ it comes this far: {text}"
 
 
 class WalkDrawing:

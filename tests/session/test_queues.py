@@ -201,7 +201,7 @@ def test_entries_are_taken_from_the_end_and_brought_back(live):
     two = queued(live, step(live, SECOND))
     state = live.state.state
     live.queues.shorten(one)
-    assert [entry["what"] for entry in live.queues.told()["entries"]] == ["leg 2"]
+    assert [entry["what"] for entry in live.queues.answer()["entries"]] == ["leg 2"]
     # it is planned from the end of what is left
     assert live.state.state != state
     assert live.state.products[live.state.state].parents["plan"] == one
@@ -213,7 +213,7 @@ def test_entries_are_taken_from_the_end_and_brought_back(live):
     live.choices.redo()
     assert live.state.queue == one
     live.queues.shorten(None)
-    assert (live.queues.told(), live.state.what_if) == (None, None)
+    assert (live.queues.answer(), live.state.what_if) == (None, None)
     with pytest.raises(Conflict, match="no queue"):
         live.queues.shorten(None)
     live.choices.undo()
@@ -238,11 +238,11 @@ def test_it_is_there_when_the_session_is_opened_again(tmp_path, athlete, dem, st
         made.terrains.load(dem)
         made.stances.set(standing)
         digest = queued(made, step(made, FIRST))
-        told = made.queues.told()
+        told = made.queues.answer()
     with Sessions(tmp_path / "again", jobs=InlineJobs(), robot=athlete) as sessions:
         again = sessions.open(sessions.list()[0]["id"])
         assert again.state.queue == digest
-        assert again.queues.told() == told
+        assert again.queues.answer() == told
         assert again.state.newest(AFTER) is None
         joined = again.typed(QueueResult, queued(again, step(again, SECOND))).plan
         assert joined is not None

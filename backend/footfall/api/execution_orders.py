@@ -13,5 +13,5 @@ def settings_of_order(live: LiveSession, given: BaseModel | None) -> ExecutionSe
     if given is None or settings is None:
         return None
     compliance = getattr(given, "compliance", None)
-    told = compliance.model_fields_set if compliance and "compliance" in given.model_fields_set else ()
-    return settings if "joint_scale" in told else live.executions.settings_in_force(settings)
+    given_of_compliance = compliance.model_fields_set if compliance and "compliance" in given.model_fields_set else ()
+    return settings if "joint_scale" in given_of_compliance else live.executions.settings_in_force(settings)

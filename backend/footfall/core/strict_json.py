@@ -19,8 +19,8 @@ _TEXT = re.compile(r'"(?:[^"\\]|\\.)*+"?')
 class NotStrict(json.JSONDecodeError):
     """It is JSON, but of a kind that is refused; where in the text is not known."""
 
-    def __init__(self, told: str) -> None:
-        super().__init__(told, "", 0)
+    def __init__(self, message: str) -> None:
+        super().__init__(message, "", 0)
 
     def __str__(self) -> str:
         return self.msg

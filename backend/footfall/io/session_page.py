@@ -28,16 +28,16 @@ def encode(story: Mapping[str, Any]) -> bytes:
     page = (static / "player/player.html").read_text()
     style = (static / "css/themes.css").read_text() + (static / "player/player.css").read_text()
     script = '"use strict";\n' + _as_one(static / "player/player.js", set())
-    told = json.dumps(story, ensure_ascii=False, allow_nan=False, separators=(",", ":"))
-    told = spelled_out(told)  # JSON's own spelling of it
+    text = json.dumps(story, ensure_ascii=False, allow_nan=False, separators=(",", ":"))
+    text = spelled_out(text)  # JSON's own spelling of it
     for mark, written in _MARKS.items():
-        told = told.replace(mark, written)
+        text = text.replace(mark, written)
     parts = {
         "hash": base64.b64encode(hashlib.sha256(script.encode()).digest()).decode(),
         "title": html.escape(spelled_out(str(story["name"]))),
         "style": style,
         "script": script,
-        "story": told,
+        "story": text,
     }
     # in one pass: what was put in is not looked through for further places
     return _PLACE.sub(lambda place: parts[place[1]], page).encode()

@@ -35,22 +35,24 @@ def read_sign_on(folder: Path) -> SignOnSettings | None:
     may read it though it holds a secret."""
     path = folder / FILE
     try:
-        told = tomllib.loads(path.read_text())
+        document = tomllib.loads(path.read_text())
     except FileNotFoundError:
         return None
     except (OSError, ValueError) as err:
         raise InvalidInput(f"{path}: {err}") from err
-    roles = told.pop("roles", None)
+    roles = document.pop("roles", None)
     known = SignOnSettings.__dataclass_fields__.keys()
-    _require(path, set(told) <= known, f"it knows {', '.join(sorted(known))}, not {', '.join(set(told) - known)}")
-    _require(path, all(isinstance(one, str) for one in told.values()), "all but the roles are texts")
-    _require(path, all(told.get(name) for name in _TEXTS), f"it needs {' and '.join(_TEXTS)}")
-    _require(path, _is_safe(told["issuer"]), "the issuer is an https address, or one of this computer")
+    _require(
+        path, set(document) <= known, f"it knows {', '.join(sorted(known))}, not {', '.join(set(document) - known)}"
+    )
+    _require(path, all(isinstance(one, str) for one in document.values()), "all but the roles are texts")
+    _require(path, all(document.get(name) for name in _TEXTS), f"it needs {' and '.join(_TEXTS)}")
+    _require(path, _is_safe(document["issuer"]), "the issuer is an https address, or one of this computer")
     fits = isinstance(roles, dict) and roles and set(roles) <= set(ROLES)
     _require(path, fits, f"[roles] says for some of {', '.join(ROLES)} what the claim holds")
-    if told.get("client_secret") and path.stat().st_mode & 0o077:
+    if document.get("client_secret") and path.stat().st_mode & 0o077:
         raise Conflict(f"{path} holds a secret and others may read it; chmod 600 it")
-    return SignOnSettings(roles={role: _texts(path, named) for role, named in roles.items()}, **told)
+    return SignOnSettings(roles={role: _texts(path, named) for role, named in roles.items()}, **document)
 
 
 def _texts(path: Path, named: Any) -> tuple[str, ...]:

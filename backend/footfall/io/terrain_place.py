@@ -16,12 +16,12 @@ def projection_of(path: Path) -> "CRS | None":
 
     Raises InvalidTerrain where any of them can't be used.
     """
-    told = coordinates_beside(path)
-    if not told:
+    sidecars = coordinates_beside(path)
+    if not sidecars:
         return None
     from footfall.io.terrain_projection import check_projection_text
 
-    first, *_ = [check_projection_text(text, name) for name, text in told]
+    first, *_ = [check_projection_text(text, name) for name, text in sidecars]
     return first
 
 

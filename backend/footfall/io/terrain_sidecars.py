@@ -56,12 +56,12 @@ def beside(path: Path) -> list[Path]:
 
 def coordinates_beside(path: Path) -> list[tuple[str, str]]:
     """(file, text) of all that say what the coordinates of a terrain file are: ``.prj``, ``.qpj``, ``.aux.xml``."""
-    told = [(one.name, one.read_text("utf-8-sig", "replace")) for one in _of_kind(path, _COORDINATES)]
+    texts = [(one.name, one.read_text("utf-8-sig", "replace")) for one in _of_kind(path, _COORDINATES)]
     for one in _auxiliary(path):
         found = _root(one).findtext("SRS")
         if found is not None:
-            told.append((one.name, found))
-    return told
+            texts.append((one.name, found))
+    return texts
 
 
 def changes_heights(path: Path) -> Path | None:

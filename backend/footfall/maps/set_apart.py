@@ -76,8 +76,8 @@ def _alone(name: str, amounts: Sequence[float], rank: int) -> int | None:
     measure = MEASURES[name]
     ranked = sorted(range(len(amounts)), key=lambda i: -amounts[i] if measure.most else amounts[i])
     at = ranked[rank - 1]
-    told = [spoken(amount, measure.unit) for amount in amounts]
-    return at if told.count(told[at]) == 1 else None
+    words = [spoken(amount, measure.unit) for amount in amounts]
+    return at if words.count(words[at]) == 1 else None
 
 
 def _apart(name: str, rank: int, amount: float) -> Apart:

@@ -63,7 +63,7 @@ def outcome(
     """
     if not 1 <= rows <= len(sequence.commands):
         raise InvalidInput(f"a run of {len(sequence.commands)} rows has no row {rows} to compare", rows=rows)
-    told = foretold(robot, dem, sequence, rows)
+    predicted = foretold(robot, dem, sequence, rows)
     forces = np.array(state.wheel_forces)
     seen = Seen(
         np.array(state.T_site_base),
@@ -74,9 +74,9 @@ def outcome(
     return Outcome(
         run=run,
         rows=rows,
-        rigid=told.rigid,
+        rigid=predicted.rigid,
         sags=gives_way(state, set_points, robot.stiffness),
-        differences=compare(told, seen),
+        differences=compare(predicted, seen),
         provenance=Provenance(parents),
     )
 
@@ -213,5 +213,5 @@ def _of_joints(lift: Array, standing: list[int]) -> tuple[float, float]:
 
 def _gravity(sequence: Sequence) -> float:
     made_with = sequence.provenance.settings
-    told = made_with.compliance if isinstance(made_with, SequenceSettings) else None
-    return (told or ComplianceSettings()).balance.gravity
+    compliance = made_with.compliance if isinstance(made_with, SequenceSettings) else None
+    return (compliance or ComplianceSettings()).balance.gravity

@@ -138,8 +138,8 @@ class _Motion:
         for name, (size, where, share) in least.items():
             spare = size + (self.allowed if name in CLEARANCE_CHECKS else 0.0)
             text = f"{name}: {where}, least at {share:.0%} of the row"
-            told = spare if np.isfinite(spare) else np.nan
-            yield RuleResult(RULES[name], row, spare >= 0, told, UNITS[name], text)
+            shown = spare if np.isfinite(spare) else np.nan
+            yield RuleResult(RULES[name], row, spare >= 0, shown, UNITS[name], text)
         away, most = beside(dragged, FEET_OFF)
         text = f"a foot moves {away} m while it is down, {most} m are allowed"
         yield RuleResult("no-drag", row, dragged <= FEET_OFF, FEET_OFF - dragged, "m", text)

@@ -73,12 +73,12 @@ class Outcome(Value):
     @property
     def verdict(self) -> Verdict:
         """Of all. Commands that take a rover as rigid predict nothing of one that sags, or may."""
-        told = {one.verdict for one in self.differences}
-        if "differs" in told:
+        verdicts = {one.verdict for one in self.differences}
+        if "differs" in verdicts:
             return "differs"
-        if "as_predicted" not in told or (self.rigid and self.sags is not False):
+        if "as_predicted" not in verdicts or (self.rigid and self.sags is not False):
             return "not_told"
-        return "as_predicted" if self.rigid or "not_told" not in told else "not_told"
+        return "as_predicted" if self.rigid or "not_told" not in verdicts else "not_told"
 
 
 @dataclass(frozen=True)
@@ -156,12 +156,12 @@ def _difference(
         uncertainty=uncertainty,
         unit=unit,
         verdict=verdict,
-        text=_told(quantity, leg, predicted, measured, difference, uncertainty),
+        text=_in_words(quantity, leg, predicted, measured, difference, uncertainty),
         advice=advice[quantity] if verdict == "differs" else "",
     )
 
 
-def _told(quantity: str, leg: int, predicted: float, measured: float, difference: float, uncertainty: float) -> str:
+def _in_words(quantity: str, leg: int, predicted: float, measured: float, difference: float, uncertainty: float) -> str:
     """In words, with the numbers, finely enough that one beyond the other is seen to be."""
     off, unsure = f"{1e3 * difference:z.1f}", f"± {1e3 * uncertainty:z.1f} mm"
     if quantity == "touch-down":

@@ -203,11 +203,11 @@ class Commanding:
             self._start_watch()
         if not self._stop_log.is_news(who, first):
             return
-        told = {"stop": number, "reason": reason, "at": at, "rover_reached": reached, "epoch": self.gate.epoch}
-        told |= self._by(who)
+        payload = {"stop": number, "reason": reason, "at": at, "rover_reached": reached, "epoch": self.gate.epoch}
+        payload |= self._by(who)
 
         def write() -> None:
-            self._record_anyway("stop_requested" if first else "stop_repeated", told)
+            self._record_anyway("stop_requested" if first else "stop_repeated", payload)
             if run is not None:
                 self._record_ended(run, "stopped", "stopped" if not reason else f"stopped: {reason}")
 
@@ -325,8 +325,14 @@ class Commanding:
         if against is None:
             return
         if against and (held := self.gate.hold_for(run, against)) is not None:
-            told = {"run": held.number, "row": held.row, "reason": held.why, "by": None, "conn": self.gate.conn_number}
-            self._record_anyway("run_held", told)
+            payload = {
+                "run": held.number,
+                "row": held.row,
+                "reason": held.why,
+                "by": None,
+                "conn": self.gate.conn_number,
+            }
+            self._record_anyway("run_held", payload)
         elif not against:
             self._send_next(run.number)
 
@@ -361,8 +367,8 @@ class Commanding:
         try:
             yield
         except Conflict as err:
-            told = {"act": act, "check": err.details.get("check", "conflict"), "reason": err.message, **about}
-            self._record_anyway("act_refused", {**told, **self._by(who)})
+            payload = {"act": act, "check": err.details.get("check", "conflict"), "reason": err.message, **about}
+            self._record_anyway("act_refused", {**payload, **self._by(who)})
             raise
 
     def _start_watch(self) -> None:

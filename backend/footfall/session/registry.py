@@ -365,8 +365,8 @@ def _require_sense(live: LiveSession) -> None:
     try:
         live.summary()
     except (FootFallError, LookupError, TypeError, ValueError, AttributeError, OverflowError, StopIteration) as err:
-        told = err.message if isinstance(err, FootFallError) else repr(err)
-        raise InvalidBundle(f"the session's events and artifacts do not fit together: {told}") from err
+        reason = err.message if isinstance(err, FootFallError) else repr(err)
+        raise InvalidBundle(f"the session's events and artifacts do not fit together: {reason}") from err
 
 
 def _stay_stopped(live: LiveSession, before: str, reason: str) -> None:

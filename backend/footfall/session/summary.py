@@ -19,7 +19,7 @@ from footfall.terrain.dem import Dem
 def summary(session: SessionParts, loop: dict[str, Any] | None) -> SessionAnswer:
     """Everything about a session but the content of its values, which are named by digest. loop: its latest walk."""
     state, up_to_date, choices = session.state, session.fits.up_to_date(), session.choices.now
-    told = {
+    answer = {
         "id": session.id,
         "name": state.name,
         "robot": {"name": state.robot_name, "digest": state.robot},
@@ -55,7 +55,7 @@ def summary(session: SessionParts, loop: dict[str, Any] | None) -> SessionAnswer
             "status": state.execution_status,
             "reason": state.execution_reason,
         },
-        "queue": session.queues.told(),
+        "queue": session.queues.answer(),
         "joint_scale": state.joint_scale,
         "way_of_commands": asdict(session.executions.way_of_commands()),
         "sequence": state.sequence,
@@ -81,7 +81,7 @@ def summary(session: SessionParts, loop: dict[str, Any] | None) -> SessionAnswer
         "unrecorded": session.unrecorded,
         "walk_loop": loop,
     }
-    return cast(SessionAnswer, told)  # its members of each kind have names that no type can say
+    return cast(SessionAnswer, answer)  # its members of each kind have names that no type can say
 
 
 def _what_if(session: SessionParts) -> ShiftAnswer | None:

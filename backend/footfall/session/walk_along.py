@@ -21,7 +21,7 @@ def along_walk(live: LiveSession, digest: str, result: WalkResult) -> AlongWalkA
         raise Conflict(f"there is no walk, so nothing comes near anything: {result.reason}", digest=digest)
     dem = live.typed(Dem, result.provenance.parents["dem"])
 
-    def told(part: PartSpare) -> PartSpareAnswer:
+    def answer_of(part: PartSpare) -> PartSpareAnswer:
         spare = float(part.spare) if np.isfinite(part.spare) else None
         return {
             "first": part.first,
@@ -34,7 +34,7 @@ def along_walk(live: LiveSession, digest: str, result: WalkResult) -> AlongWalkA
     known = dem.time is not None and bool(np.isfinite(dem.time).any())
     return {
         "digest": digest,
-        "parts": [told(part) for part in spare_along(live.robot, dem, plan)],
+        "parts": [answer_of(part) for part in spare_along(live.robot, dem, plan)],
         "newest": float(np.nanmax(dem.time)) if known and dem.time is not None else None,
         "seen_before": seen_before(live.robot, dem, plan),
     }

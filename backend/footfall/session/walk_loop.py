@@ -80,12 +80,12 @@ class WalkLoop:
     def as_dict(self) -> dict[str, Any]:
         """Plain JSON for the interface."""
         goal = {"x": self.goal.x, "y": self.goal.y, "yaw": self.goal.yaw}
-        told = {"state": self.state, "outcome": self.outcome, "act": self.act, "reason": self.reason}
+        decided = {"state": self.state, "outcome": self.outcome, "act": self.act, "reason": self.reason}
         so_far = {"part": self.part, "waits_for": self.waits_for, "foot_moves": self.foot_moves}
         limits = {"limits": fields_of(self._settings.way_on), "farthest": self._settings.farthest}
         ways = self._pieces.ways
         chosen = {"choose_by": self._settings.choose_by, "planners": dict(ways.planners), "chosen": ways.latest_answer}
-        return {"goal": goal, **told, **so_far, "decided": dict(self.decided), **limits, **chosen}
+        return {"goal": goal, **decided, **so_far, "decided": dict(self.decided), **limits, **chosen}
 
     def hold(self, who: Identity = LOCAL) -> None:
         """Nothing more is begun; a row that is out is carried out. Raises CommandRefused where another has the conn."""

@@ -66,7 +66,7 @@ def match_pairs(
     reasons |= {name: f"pair {name}: not chosen" for name in not_chosen}
     pairs = [pair for pair in pairs if pair.name not in not_chosen]
     brief = [f"{name} ({_briefly(name, reason)})" for name, reason in reasons.items()]
-    told: list[str] = []
+    alignments: list[str] = []
 
     def aligned(pair: ImagePair) -> tuple[ImagePair, PairAlignment]:
         require_simultaneous(pair.name, pair.time, pair.time_right, settings.max_skew)
@@ -86,14 +86,14 @@ def match_pairs(
                 brief.append(f"{pair.name} ({short or _briefly(pair.name, reason)})")
                 continue
             if alignment.corrected or not alignment.checked:
-                told.append(alignment.text)
+                alignments.append(alignment.text)
             deviation, apart = stereo.deviations(found, pair, settings), np.zeros(found.disparity.shape, np.uint8)
             matched.append(Matched(pair, found.disparity, deviation, (found.along, found.down), apart))
     if not matched:
         raise InvalidImages("no image pair can be used: " + "; ".join(reasons.values()), pairs=reasons)
     name = "images, 1 pair" if len(matched) == 1 else f"images, {len(matched)} pairs"
-    if told:
-        name += f", {', '.join(told)}"
+    if alignments:
+        name += f", {', '.join(alignments)}"
     if brief:
         name += f", without {', '.join(brief)}"
     return matched, name, reasons

@@ -43,10 +43,10 @@ def terrain_from_photographs(
     """
     settings = settings or TerrainSettings()
     pairs, left_out = rectified(photographs, settings, part(progress, 0.0, 0.1))
-    told = ""
+    suffix = ""
     if refined:
         pairs, found = refine(pairs, part(progress, 0.1, 0.4))
-        told = f", {found.text}"
+        suffix = f", {found.text}"
     watched = part(progress, 0.4 if refined else 0.1, 1.0)
     parents = {"photographs": photographs.digest}
     taken = {one.name: one for one in photographs.pairs}
@@ -60,7 +60,7 @@ def terrain_from_photographs(
     else:
         dem = build_terrain(robot, Snapshot(state, pairs, left_out), settings, watched, exchange=exchanged)
         parents |= {"robot": robot.digest, "state": state.digest}
-    return replace(dem, name=dem.name + told, provenance=Provenance(parents, settings))
+    return replace(dem, name=dem.name + suffix, provenance=Provenance(parents, settings))
 
 
 def rectified(

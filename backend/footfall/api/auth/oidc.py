@@ -143,9 +143,9 @@ class SignOn:
         from joserfc.errors import JoseError
         from joserfc.jwk import KeySet
 
-        told = self._keys(about)
+        named_keys = self._keys(about)
         try:
-            keys = KeySet.import_key_set({"keys": told})
+            keys = KeySet.import_key_set({"keys": named_keys})
             claims = jwt.decode(str(token), keys, algorithms=ALGORITHMS).claims
             jwt.JWTClaimsRegistry(
                 leeway=LEEWAY,

@@ -47,16 +47,18 @@ def ask(issuer: str, method: str, url: str, form: dict[str, str] | None = None) 
         raise SignOnFailed("unreachable", f"{url:.200}: {err}") from err
     # a refusal of the code is the provider's answer; its text may hold what is secret
     kind = "refused" if method == "POST" and status in (400, 401, 403) else "unreachable"
-    told = ", which leads elsewhere: it has to answer itself" if 300 <= status < 400 else ""
-    raise SignOnFailed(kind, f"{url:.200} answered {status}{told}")
+    elsewhere = ", which leads elsewhere: it has to answer itself" if 300 <= status < 400 else ""
+    raise SignOnFailed(kind, f"{url:.200} answered {status}{elsewhere}")
 
 
 def require_address(issuer: str, name: str, url: Any) -> str:
     """An address that the provider says: of https, or of the issuer's own origin. Raises SignOnFailed."""
     try:
-        told = httpx.URL(url)
-        fits = told.scheme == "https" or (told.scheme == "http" and _origin(told) == _origin(httpx.URL(issuer)))
-        fits = fits and bool(told.host) and not told.userinfo and not told.fragment
+        address = httpx.URL(url)
+        fits = address.scheme == "https" or (
+            address.scheme == "http" and _origin(address) == _origin(httpx.URL(issuer))
+        )
+        fits = fits and bool(address.host) and not address.userinfo and not address.fragment
     except (httpx.InvalidURL, TypeError, ValueError):
         fits = False
     if not fits:

@@ -42,8 +42,8 @@ def answer_model(hint: Any, floats: Any = float) -> Any:
         inner, *notes = get_args(hint)
         if isinstance(notes[0], OneOf):
             return Literal[tuple(notes[0].names())]
-        told = (Field(description=note.text) if isinstance(note, Says) else note for note in notes)
-        return Annotated[answer_model(inner, floats), *told]
+        described = (Field(description=note.text) if isinstance(note, Says) else note for note in notes)
+        return Annotated[answer_model(inner, floats), *described]
     if origin is np.ndarray or hint is np.ndarray:
         return Numbers
     if origin in (Union, UnionType):
@@ -75,18 +75,18 @@ def _of_class(hint: type, floats: Any) -> Any:
 
 
 @cache
-def _model(told: type) -> type[BaseModel]:
+def _model(answer: type) -> type[BaseModel]:
     """A model with the members of a value, a dataclass or a TypedDict."""
-    hints = get_type_hints(told, include_extras=True)
+    hints = get_type_hints(answer, include_extras=True)
     members: dict[str, Any]
-    if is_typeddict(told):
+    if is_typeddict(answer):
         members = {name: _member(hint) for named, hint in hints.items() for name in _names_of(named, hint)}
-        return create_model(told.__name__, __doc__=told.__doc__, **members)
-    members = {f.name: (answer_model(hints[f.name], float | None), ...) for f in fields(told)}
-    if issubclass(told, Value):
+        return create_model(answer.__name__, __doc__=answer.__doc__, **members)
+    members = {f.name: (answer_model(hints[f.name], float | None), ...) for f in fields(answer)}
+    if issubclass(answer, Value):
         members["digest"] = (Annotated[str, Field(description="name of the content")], ...)
     # requests have settings of the same name
-    return create_model(f"{told.__name__}Value", __doc__=told.__doc__, **members)
+    return create_model(f"{answer.__name__}Value", __doc__=answer.__doc__, **members)
 
 
 def _names_of(name: str, hint: Any) -> Iterable[str]:

@@ -31,11 +31,11 @@ class JobList(TypedDict):
 
 def job_body(job: Job) -> JobAnswer:
     """A job as JSON, with the address of its result when there is one."""
-    told = job.as_dict()
-    folder, session, result = folder_of(told["kind"]), told["session"], told["result"]
+    body = job.as_dict()
+    folder, session, result = folder_of(body["kind"]), body["session"], body["result"]
     at_hand = result is not None and folder and session
     result_url = f"{BASE}/sessions/{session}/{folder}/{result}" if at_hand else None
-    return {**told, "url": f"{BASE}/jobs/{told['id']}", "result_url": result_url}
+    return {**body, "url": f"{BASE}/jobs/{body['id']}", "result_url": result_url}
 
 
 def accepted(job: Job, response: Response) -> JobAnswer:

@@ -15,4 +15,4 @@ def shorten_queue(live: OneSession, order: QueueShortening) -> QueueAnswer | Non
     Where it was planned from its end, it is planned from the end of what is left then.
     """
     live.queues.shorten(order.to)
-    return live.queues.told()
+    return live.queues.answer()

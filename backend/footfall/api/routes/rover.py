@@ -97,11 +97,11 @@ async def rover(socket: WebSocket) -> None:
     door: RoverDoor = socket.app.state.rover_door
     if SUBPROTOCOL not in (offered := socket.scope["subprotocols"]):
         text = f"the rover link needs the sub-protocol {SUBPROTOCOL}"
-        told = f"{text}; {', '.join(offered)[:80] or 'none'} was offered"
-        door.count("wrong-version", told)
+        refused = f"{text}; {', '.join(offered)[:80] or 'none'} was offered"
+        door.count("wrong-version", refused)
         await socket.close(1008, text)
         if (live := socket.app.state.sessions.current) is not None:
-            await to_thread.run_sync(partial(live.rover.take_complaint, told, about_rover="wrong-version"))
+            await to_thread.run_sync(partial(live.rover.take_complaint, refused, about_rover="wrong-version"))
         return
     if door.inside is not None and not door.inside.silent:
         await socket.close(1008, "another rover is linked")
@@ -130,9 +130,9 @@ def require_same_rover(hello: HelloMessage, live: LiveSession) -> None:
         raise InvalidTelemetry(f"hello: {robot} has to name its joints, as docs/rover-link.md says", fault="wrong-legs")
     if hello.described is not None and hello.described.digest != layout.digest:
         other = sorted(set(hello.described.joint_names) ^ set(layout.joint_names))
-        told = f"one of them alone has {', '.join(other[:4])}" if other else "they have them in another order"
+        difference = f"one of them alone has {', '.join(other[:4])}" if other else "they have them in another order"
         raise InvalidTelemetry(
-            f"hello: {robot} names other joints than the session's robot: {told}", fault="wrong-legs"
+            f"hello: {robot} names other joints than the session's robot: {difference}", fault="wrong-legs"
         )
 
 
@@ -178,8 +178,8 @@ class _Connection:
                 message = await self._socket.receive()
                 if message["type"] == "websocket.disconnect":
                     if message.get("code") == TOO_BIG:
-                        told = "a message was too large, or came too slowly, to be read at all; the link was closed"
-                        self._refuse(told, "too-large")
+                        reason = "a message was too large, or came too slowly, to be read at all; the link was closed"
+                        self._refuse(reason, "too-large")
                     return
                 self._heard_at = time.monotonic()
                 # stamped here: what waits in the inbox must not look fresh
@@ -194,10 +194,10 @@ class _Connection:
         if text is None:
             size = len(message["bytes"])
             if self._pictures_waiting + size > MOST_PICTURES:
-                told = (
+                reason = (
                     f"images came while {self._pictures_waiting} bytes of others wait to be stored; they were dropped"
                 )
-                await to_thread.run_sync(self._refuse, told, "images", limiter=self._stops)
+                await to_thread.run_sync(self._refuse, reason, "images", limiter=self._stops)
                 return
             self._pictures_waiting += size
         elif self._live is not None and len(text) < SHORT and '"stop_ack"' in text:

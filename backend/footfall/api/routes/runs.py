@@ -27,7 +27,7 @@ Act = Annotated[
 @router.get("/sessions/{session}/run", name="read")
 def read_run(live: OneSession) -> RunAnswer:
     """The latest run, also when it has ended: how far each row came, and when."""
-    return _told(live)
+    return _answer(live)
 
 
 @router.post("/sessions/{session}/run/{act}", name="act")
@@ -40,10 +40,10 @@ def act_on_run(live: OneSession, act: Act, who: Actor) -> RunAnswer:
         "abort": live.commands.abort,
     }
     acts[act](who)
-    return _told(live)
+    return _answer(live)
 
 
-def _told(live: LiveSession) -> RunAnswer:
+def _answer(live: LiveSession) -> RunAnswer:
     run = live.commands.run
     if run is None:
         raise NotFound("nothing has been sent to the rover yet")

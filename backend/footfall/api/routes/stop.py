@@ -85,12 +85,12 @@ async def stop_line(socket: WebSocket) -> None:
 
 async def _stopped(sessions: Sessions, order: str | bytes, who: Identity) -> GateAnswer:
     try:
-        told = StopOrder.model_validate_json(order if 0 < len(order) <= MAX_LINE_MESSAGE else "{}")
+        asked = StopOrder.model_validate_json(order if 0 < len(order) <= MAX_LINE_MESSAGE else "{}")
     except ValidationError:
-        told = StopOrder()
+        asked = StopOrder()
     # a browser's WebSocket takes no headers: its page says in the order which it is
-    who = paged(who, told.page) if told.page else who
-    return await to_thread.run_sync(sessions.stop, told.reason, who, limiter=_threads)
+    who = paged(who, asked.page) if asked.page else who
+    return await to_thread.run_sync(sessions.stop, asked.reason, who, limiter=_threads)
 
 
 @router.post("/stop/clear")

@@ -111,13 +111,13 @@ def begin_walk_loop(live: OneSession, sessions: AllSessions, order: WalkLoopOrde
     )
     goal = settings_value(WalkGoal, order.goal)
     live.walk_to(cast(WalkGoal, goal), settings, who)
-    return _told(live)
+    return _answer(live)
 
 
 @router.get("/sessions/{session}/walk-loop")
 def read_walk_loop(live: OneSession) -> WalkLoopAnswer:
     """The latest walk in a closed loop since the session was opened, also when it has ended."""
-    return _told(live)
+    return _answer(live)
 
 
 @router.post("/sessions/{session}/walk-loop/{act}")
@@ -127,10 +127,10 @@ def act_on_walk_loop(live: OneSession, act: Act, who: Actor) -> WalkLoopAnswer:
     if loop is None:
         raise NotFound("no walk in a closed loop was begun yet")
     {"hold": loop.hold, "resume": loop.go_on, "cancel": loop.cancel}[act](who)
-    return _told(live)
+    return _answer(live)
 
 
-def _told(live: LiveSession) -> WalkLoopAnswer:
+def _answer(live: LiveSession) -> WalkLoopAnswer:
     loop = live.walk_loop
     if loop is None:
         raise NotFound("no walk in a closed loop was begun yet")

@@ -41,8 +41,8 @@ def encode(sequence: Sequence, first_row: int = 1) -> bytes:
     for row, command in enumerate(sequence.commands, first_row):
         last = ["" if command.force is None else repr(command.force)] if forces else []
         for leg, joints in _lines(command, layout):
-            told = [sequence.digest, harmless(sequence.robot), row, command.name, leg, harmless(command.phase)]
-            writer.writerow([*told, repr(command.duration), *joints, *last])
+            about_row = [sequence.digest, harmless(sequence.robot), row, command.name, leg, harmless(command.phase)]
+            writer.writerow([*about_row, repr(command.duration), *joints, *last])
     return text.getvalue().encode()
 
 

@@ -25,7 +25,7 @@ _LEG_JOINTS, _POSTURE = f"{COMPONENT}.LegJoints", f"{COMPONENT}.Posture"
 
 def encode(sequence: Sequence, first_row: int = 1) -> bytes:
     """The text sequence (.seq), ASCII: one command a line, in rad, s and N."""
-    told = {
+    values = {
         "version": VERSION,
         "digest": sequence.digest,
         "robot": sequence.robot,
@@ -37,7 +37,7 @@ def encode(sequence: Sequence, first_row: int = 1) -> bytes:
     lines = [
         "; FootFall: compile with  fprime-seqgen --dictionary <its dictionary> <this file>",
         "; Every command starts when the one before is done. Angles in rad, durations in s, forces in N.",
-        HEADER + json.dumps(told, allow_nan=False),
+        HEADER + json.dumps(values, allow_nan=False),
         *(_line(row, command) for row, command in enumerate(sequence.commands, first_row)),
     ]
     return "\n".join(lines).encode("ascii") + b"\n"
@@ -50,8 +50,8 @@ def dictionary(sequence: Sequence) -> bytes:
     """
     counts = {len(own) for own in sequence.layout.joints}
     if len(counts) > 1:
-        told = ", ".join(map(str, sorted(counts)))
-        raise InvalidSequence(f"an F Prime dictionary has one type for the joints of a leg; the legs have {told}")
+        listed = ", ".join(map(str, sorted(counts)))
+        raise InvalidSequence(f"an F Prime dictionary has one type for the joints of a leg; the legs have {listed}")
     order = "" if sequence.described else f": {', '.join(LEG_JOINTS)}"
     document = {
         "metadata": {

@@ -31,6 +31,6 @@ def encode(sequence: Sequence, first_row: int = 1) -> bytes:
         for leg, places in by_leg(command, layout):
             joints[layout.slices[leg]] = map(repr, places.tolist())
         leg_name = "" if command.leg is None else harmless(layout.legs[command.leg])
-        told = [sequence.digest, harmless(sequence.robot), row, command.name, leg_name, harmless(command.phase)]
-        writer.writerow([*told, repr(command.duration), *joints])
+        about_row = [sequence.digest, harmless(sequence.robot), row, command.name, leg_name, harmless(command.phase)]
+        writer.writerow([*about_row, repr(command.duration), *joints])
     return text.getvalue().encode()

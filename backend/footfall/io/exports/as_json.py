@@ -45,7 +45,7 @@ def described(sequence: Sequence) -> JsonObject:
 
 def command_object(row: int, command: Command) -> JsonObject:
     """One command, JSON-ready; ``force`` [N] only where it has one."""
-    told = {
+    members = {
         "row": row,
         "name": command.name,
         "leg": command.leg,
@@ -53,15 +53,15 @@ def command_object(row: int, command: Command) -> JsonObject:
         "duration": command.duration,
         "phase": command.phase,
     }
-    return told if command.force is None else told | {"force": command.force}
+    return members if command.force is None else members | {"force": command.force}
 
 
 def _predicted(sequence: Sequence, row: int) -> JsonObject:
     """What a command leads to; where the chassis is then only in a sequence that moves it."""
-    told = {"predicted": sequence.predicted[row].tolist()}
+    members = {"predicted": sequence.predicted[row].tolist()}
     if sequence.Ts_site_base is None:
-        return told
-    return told | {"predicted_T_site_base": sequence.Ts_site_base[row].tolist()}
+        return members
+    return members | {"predicted_T_site_base": sequence.Ts_site_base[row].tolist()}
 
 
 def _rule(rule: RuleResult, first_row: int) -> JsonObject:

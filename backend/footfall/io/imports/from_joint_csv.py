@@ -38,8 +38,8 @@ def _command(where: str, line: Line, layout: JointLayout) -> Command:
         own = range(len(cells))[layout.slices[number]]
         arguments.append(number)
     if filled != list(own):
-        told = ", ".join(np.array(layout.joint_names)[list(own)]) or "none"
-        raise InvalidSequence(f"{where}: the joints of this {line['name']} are {told}, all of them and no others")
+        named = ", ".join(np.array(layout.joint_names)[list(own)]) or "none"
+        raise InvalidSequence(f"{where}: the joints of this {line['name']} are {named}, all of them and no others")
     if filled:
         names = layout.joint_names
         arguments.append([decimal(cells[at], f"{where}, {names[at]}") for at in filled])

@@ -50,14 +50,14 @@ def of_document(document: Any) -> ParsedSequence:
     )
 
 
-def _command(told: Any, where: str) -> Command:
-    only(told, _COMMAND, where)
-    leg, joints, force = member(told, "leg", where), member(told, "joints", where), told.get("force")
+def _command(document: Any, where: str) -> Command:
+    only(document, _COMMAND, where)
+    leg, joints, force = member(document, "leg", where), member(document, "joints", where), document.get("force")
     return Command(
-        name=text(member(told, "name", where), f"{where}, name"),
+        name=text(member(document, "name", where), f"{where}, name"),
         leg=None if leg is None else whole(leg, f"{where}, leg"),
         joints=None if joints is None else array(joints, f"{where}, joints"),
-        duration=number(member(told, "duration", where), f"{where}, duration"),
-        phase=text(member(told, "phase", where), f"{where}, phase"),
+        duration=number(member(document, "duration", where), f"{where}, duration"),
+        phase=text(member(document, "phase", where), f"{where}, phase"),
         force=None if force is None else number(force, f"{where}, force"),
     )

@@ -56,9 +56,9 @@ def of_document(document: Any) -> ParsedSequence:
             raise InvalidSequence(f"it has {part}, which FootFall can't carry out; only steps")
     only(document, (*_DOCUMENT, *_NOT_CARRIED_OUT), "the file")
     only(about, _METADATA, "metadata")
-    told = about.get("units", {})
-    if not isinstance(told, dict) or any(_UNITS.get(kind) != unit for kind, unit in told.items()):
-        raise InvalidSequence(f"metadata, units are {told!r}; FootFall reads {_UNITS}")
+    units = about.get("units", {})
+    if not isinstance(units, dict) or any(_UNITS.get(kind) != unit for kind, unit in units.items()):
+        raise InvalidSequence(f"metadata, units are {units!r}; FootFall reads {_UNITS}")
     steps = items(member(document, "steps", "the file"), "steps")
     layout = layout_in(about, "metadata")
     commands = tuple(_command(f"steps[{i}]", step, layout) for i, step in enumerate(steps))

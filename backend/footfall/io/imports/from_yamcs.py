@@ -97,29 +97,29 @@ class _Stack:
 
 
 def _robot(where: str, step: JsonObject, before: str | None) -> str:
-    told = text(member(step, "text", where), f"{where}, text")
+    named = text(member(step, "text", where), f"{where}, text")
     only(step, ("type", "text"), where)
-    found = _ROBOT.fullmatch(told)
+    found = _ROBOT.fullmatch(named)
     if found is None and before is None:
         raise InvalidSequence(
             f"it lacks the text 'FootFall sequence … for <robot>: … {UNITS}', which says for which robot it is: "
-            f"{where} says {told[:100]!r}"
+            f"{where} says {named[:100]!r}"
         )
     if found is None or before is not None:
-        raise InvalidSequence(f"{where} is a text that FootFall can't keep; take it out: {told[:100]!r}")
+        raise InvalidSequence(f"{where} is a text that FootFall can't keep; take it out: {named[:100]!r}")
     return _plain(found["robot"], where)
 
 
-def _require_complete(told: Any, where: str) -> None:
+def _require_complete(verified: Any, where: str) -> None:
     """Raise InvalidSequence unless the next step comes as soon as the one before is complete, as FootFall's do."""
-    acknowledgment = text(member(told, "acknowledgment", where), f"{where}, acknowledgment")
-    only(told, tuple(ADVANCEMENT), where)
+    acknowledgment = text(member(verified, "acknowledgment", where), f"{where}, acknowledgment")
+    only(verified, tuple(ADVANCEMENT), where)
     if acknowledgment != ADVANCEMENT["acknowledgment"]:
         raise InvalidSequence(
             f"{where} goes on at {acknowledgment!r}; FootFall's commands begin when the one before is done, at "
             f"{ADVANCEMENT['acknowledgment']!r}"
         )
-    if (wait := number(told.get("wait", 0), f"{where}, wait")) != 0:
+    if (wait := number(verified.get("wait", 0), f"{where}, wait")) != 0:
         raise InvalidSequence(f"{where} waits {wait:g} ms; FootFall can't keep that: give a {SPACE_SYSTEM}/{WAIT.name}")
 
 
@@ -135,18 +135,20 @@ def _command(where: str, step: Any) -> tuple[Command, int | None]:
     found = _COMMENT.fullmatch(text(step["comment"], f"{where}, comment")) if "comment" in step else None
     if found is None and "comment" in step:
         raise InvalidSequence(f"{where} must have the comment 'row' with its number and its phase")
-    told: dict[str, object] = {}
+    arguments: dict[str, object] = {}
     for i, one in enumerate(items(member(step, "arguments", where), f"{where}, arguments")):
         argument = text(member(one, "name", f"{where}, arguments[{i}]"), f"{where}, arguments[{i}], name")
-        if argument in told:
+        if argument in arguments:
             raise InvalidSequence(f"{where} gives {argument!r} twice")
-        told[argument] = member(one, "value", f"{where}, {argument}")
+        arguments[argument] = member(one, "value", f"{where}, {argument}")
         only(one, ("name", "value"), f"{where}, {argument}")
     names = known_kind(name, where).argument_names
-    if sorted(told) != sorted(names):
-        raise InvalidSequence(f"{where} has the arguments {', '.join(told) or 'none'}; {name} takes {', '.join(names)}")
+    if sorted(arguments) != sorted(names):
+        raise InvalidSequence(
+            f"{where} has the arguments {', '.join(arguments) or 'none'}; {name} takes {', '.join(names)}"
+        )
     phase = "" if found is None else _plain(found["phase"] or "", where)
-    asked = command(name, [told[argument] for argument in names], phase, where)
+    asked = command(name, [arguments[argument] for argument in names], phase, where)
     return asked, None if found is None else int(found["row"])
 
 

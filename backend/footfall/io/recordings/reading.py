@@ -160,8 +160,8 @@ class Recording:
         self.start, self.end, self.messages = min(times, default=0), max(times, default=0), len(times)
         self.counts = counted.as_dict()
 
-    def _images(self, encoding: str, told: bytes, gathered: list[tuple[str, Message]]) -> bytes | JsonObject:
-        header = told if encoding == "json" else CdrReader(told).string().encode()
+    def _images(self, encoding: str, content: bytes, gathered: list[tuple[str, Message]]) -> bytes | JsonObject:
+        header = content if encoding == "json" else CdrReader(content).string().encode()
         files: list[bytes] = []
         for topic, part in gathered:
             if topic in (TF, TF_STATIC) or topic.endswith(f"/{CAMERA_INFO}"):

@@ -68,9 +68,9 @@ def _leg(table: Table, tree: RobotTree) -> LegChain:
         raise InvalidRobot(f"leg {name}: the URDF has no link {foot!r}")
     chain = tuple(joint.name for joint in chain_to(tree, foot) if joint.moves)
     if joints != chain:
-        told = ", ".join(chain) or "none"
+        listed = ", ".join(chain) or "none"
         raise InvalidRobot(
-            f"leg {name}: the moving joints from {tree.root} to {foot} are {told}, not {', '.join(joints)}"
+            f"leg {name}: the moving joints from {tree.root} to {foot} are {listed}, not {', '.join(joints)}"
         )
     if len(chain) < 2:
         raise InvalidRobot(f"leg {name}: {len(chain)} joint that moves can't place a foot; at least 2 are needed")

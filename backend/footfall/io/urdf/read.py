@@ -156,8 +156,8 @@ def _tree(name: str, links: list[TreeLink], joints: list[TreeJoint]) -> RobotTre
     _check_mimics(name, joints)
     roots = [link for link in links if link.name not in carried]
     if len(roots) != 1 or not links:
-        told = ", ".join(link.name for link in roots) or "none: its joints go round in a cycle"
-        raise InvalidRobot(f"{name}: a robot has one root link, this one has {told}")
+        names = ", ".join(link.name for link in roots) or "none: its joints go round in a cycle"
+        raise InvalidRobot(f"{name}: a robot has one root link, this one has {names}")
     ordered, reached = [], [roots[0].name]
     for link in reached:
         own = [joint for joint in joints if joint.parent == link]
@@ -247,6 +247,6 @@ def _numbers(element: Element, key: str, count: int, where: str) -> NDArray[np.f
     except ValueError:
         numbers = np.empty(0)
     if len(numbers) != count:
-        told = "a number" if count == 1 else f"{count} numbers"
-        raise InvalidRobot(f"{where}: {key} of <{element.tag}> is {text[:60]!r}; {told} would be right")
+        wanted = "a number" if count == 1 else f"{count} numbers"
+        raise InvalidRobot(f"{where}: {key} of <{element.tag}> is {text[:60]!r}; {wanted} would be right")
     return numbers

@@ -164,8 +164,8 @@ def _unreserved(robot: Robot, found: _Found, settings: FindShiftSettings) -> str
         return ""
     start, goal = found.move.waypoints[[0, -1]]
     lacking = [one for one in reserves(robot, start, goal, found.stance.standing, settings.move) if not one.check.holds]
-    told = " and ".join(one.check.where for one in lacking)
-    return f"▲ No shift was found that keeps a reserve: with this one {told}; the next shift may be refused."
+    where = " and ".join(one.check.where for one in lacking)
+    return f"▲ No shift was found that keeps a reserve: with this one {where}; the next shift may be refused."
 
 
 def _tried(

@@ -170,8 +170,8 @@ class CompliantRover:
 
         0 where none stands on ground that was seen.
         """
-        told = [leg for leg in np.flatnonzero(rest.touching) if self._seen_at(rest.contacts[leg])]
-        return float(np.median(rest.raised[told])) if told else 0.0
+        seen = [leg for leg in np.flatnonzero(rest.touching) if self._seen_at(rest.contacts[leg])]
+        return float(np.median(rest.raised[seen])) if seen else 0.0
 
     def _seen_at(self, point: Array) -> bool:
         """Whether the height at a point (3,) is the map's, not made up."""

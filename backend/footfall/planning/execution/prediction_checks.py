@@ -121,11 +121,11 @@ def _borne(
         lacking = np.minimum(spare[0], 0.0) if led_back else np.zeros(spare.shape[1])
         allowed = np.outer(np.arange(len(spare)) < len(spare) - 1, WORSE * lacking)
 
-        def told(at: int, column: int) -> str:
+        def borne_by(at: int, column: int) -> str:
             began = f"; it lacked {-lacking[column]:z.3g} {unit} where it began" if lacking[column] < 0 else ""
             return f"{bearer(column)}, {where(at)}{began}"
 
-        return _worst(name, spare - allowed, unit, told)
+        return _worst(name, spare - allowed, unit, borne_by)
 
     return (
         check("torque", 1.0 - ratios, "of the limit", lambda joint: robot.joint_names[joint]),
@@ -156,9 +156,9 @@ def _clearance(
     at = int(swings[np.argmin(done.clearance[swings])])
     spare = float(done.clearance[at]) - settings.least_clearance
     doubt = done.clearance_uncertainty[at]
-    told = f"{abs(doubt):z.3f} m {'less' if doubt >= 0 else 'more'} with springs {settings.tolerance:.0%} softer"
-    told = told if np.isfinite(doubt) else f"with springs {settings.tolerance:.0%} softer it does not stand"
-    return Check("wheel clearance", spare >= 0, spare, "m", f"{where(at)}; {told}")
+    how = f"{abs(doubt):z.3f} m {'less' if doubt >= 0 else 'more'} with springs {settings.tolerance:.0%} softer"
+    how = how if np.isfinite(doubt) else f"with springs {settings.tolerance:.0%} softer it does not stand"
+    return Check("wheel clearance", spare >= 0, spare, "m", f"{where(at)}; {how}")
 
 
 def _set_points(done: Execution) -> Array:

@@ -43,7 +43,7 @@ def beyond_gaits(settings: WalkSettings) -> str:
         "pinned": bool(settings.pinned),
         "payload_mass": settings.payload_mass is not None,
     }
-    return next((f"{told} (`{name}`), which no gait heeds" for name, told in _BEYOND.items() if asked[name]), "")
+    return next((f"{words} (`{name}`), which no gait heeds" for name, words in _BEYOND.items() if asked[name]), "")
 
 
 def wave_like(settings: WalkSettings, gait: GaitSettings) -> GaitSettings:

@@ -180,8 +180,8 @@ class _Attempt:
         lack, T_site_base = ended.lack, ended.T_site_base
         leg = None if lack.leg < 0 else lack.leg
         posture = posture_over(world, rows.at, ended.stance, T_site_base)
-        told = lack.check, lack.lacks, lack.unit
-        failure = GaitFailure(len(rows.groups), ended.group, leg, *told, x, y, posture, T_site_base)
+        about = lack.check, lack.lacks, lack.unit
+        failure = GaitFailure(len(rows.groups), ended.group, leg, *about, x, y, posture, T_site_base)
         partial = self._plan(rows, beat, layout, settling) if rows.groups else None
         checks = checks_of(partial, self.settings.as_walk()) if partial else ()
         reason = f"{failure.text}; {TRY}"

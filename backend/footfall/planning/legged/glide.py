@@ -83,8 +83,8 @@ def places(
         both = np.minimum(held, reached - REACHED)
         best = int(np.argmax(both))
         name = "support" if held[best] < reached[best] - REACHED else "reach"
-        told = f"no place of the chassis near ({x:z.2f}, {y:z.2f}) m holds the stances before and after"
-        return Refusal(name, float(both[best]), told)
+        reason = f"no place of the chassis near ({x:z.2f}, {y:z.2f}) m holds the stances before and after"
+        return Refusal(name, float(both[best]), reason)
     far = np.round(np.hypot(along, across), 9)
     return [(x + float(offsets[k, 0]), y + float(offsets[k, 1])) for k in np.lexsort((across, far)) if fits[k]]
 

@@ -74,5 +74,5 @@ def stand_on(ground: Ground, x: float, y: float, yaw: float) -> LeggedState:
         if not isinstance(answer, Refusal):
             return ground.state(q, T_site_base, soles, contacts, normals)
         refusal = refusal or answer
-    told = "nothing was tried" if refusal is None else f"{refusal.name} {refusal.margin:+.4g}, {refusal.where}"
-    raise InvalidInput(f"{robot.name} can't stand at ({x:g}, {y:g}): {told}", x=x, y=y, yaw=yaw)
+    nearest = "nothing was tried" if refusal is None else f"{refusal.name} {refusal.margin:+.4g}, {refusal.where}"
+    raise InvalidInput(f"{robot.name} can't stand at ({x:g}, {y:g}): {nearest}", x=x, y=y, yaw=yaw)

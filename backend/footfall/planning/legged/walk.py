@@ -62,7 +62,7 @@ class _DeadEnd(NamedTuple):
     share: float
     answer: LeggedResult
 
-    def told(self, others: int) -> LeggedResult:
+    def after(self, others: int) -> LeggedResult:
         """The answer, after so many other ways were tried, the last from as many foot moves before."""
         if not others:
             return self.answer
@@ -177,17 +177,17 @@ def plan_walk(
     if result.status is not Status.NO_PATH or settings.least_margin <= THIN or left <= 0:
         return result
     thin = Ground(robot, dem, replace(settings, least_margin=THIN, time_limit=left))
-    return _told_of_less(result, settings, robot.length, _plan(thin, begun(thin, state), goal, progress).status)
+    return _with_thin_margin(result, settings, robot.length, _plan(thin, begun(thin, state), goal, progress).status)
 
 
-def _told_of_less(result: LeggedResult, settings: LeggedSettings, length: float, thin: Status) -> LeggedResult:
+def _with_thin_margin(result: LeggedResult, settings: LeggedSettings, length: float, thin: Status) -> LeggedResult:
     """The answer of a walk that was not found, saying what came of the thin margin; nothing where time ran out."""
     kept = f"{THIN * length:z.3f} m ({THIN:.0%} of the longest leg) in place of {settings.least_margin * length:z.3f} m"
-    told = {
+    outcomes = {
         Status.FOUND: f"with a margin of {kept} a walk is found, in which feet that stand may come off the ground",
         Status.NO_PATH: f"with a margin of {kept} none is found either",
     }
-    return replace(result, reason=f"{result.reason}; {told[thin]}") if thin in told else result
+    return replace(result, reason=f"{result.reason}; {outcomes[thin]}") if thin in outcomes else result
 
 
 def _plan(ground: Ground, state: LeggedState, goal: WalkGoal, progress: Progress) -> LeggedResult:
@@ -206,7 +206,7 @@ def _plan(ground: Ground, state: LeggedState, goal: WalkGoal, progress: Progress
         if farthest is None or walk.share > farthest.share:
             ends, farthest = 0, _dead_end(walk)
         if ends == BACK or not walk.steps:
-            return farthest.told(ends)
+            return farthest.after(ends)
         ends += 1
         walk.goes_back(ends)
     return _answer(walk, Status.FOUND, "", walk.plan, None)

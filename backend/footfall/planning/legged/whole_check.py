@@ -60,10 +60,10 @@ class WholeCheck:
         if not np.isfinite(q).all():
             leg = next(leg for leg in self.robot.legs if not np.isfinite(q[self.robot.slices[leg]]).all())
             return Refusal("limits", float("nan"), f"leg {self.robot.leg_names[leg]} does not reach")
-        for name, size, told in self.each(q, T_site_base, feet):
+        for name, size, where in self.each(q, T_site_base, feet):
             if not size >= 0:
-                return Refusal(name, size, told)
-            found[name] = size, told
+                return Refusal(name, size, where)
+            found[name] = size, where
         return found
 
     def each(self, q: Array, T_site_base: Array, feet: Feet) -> Iterator[tuple[str, float, str]]:
@@ -80,7 +80,7 @@ class WholeCheck:
 
     def _discs(self, q: Array, T_site_base: Array, feet: Feet, where: Placed) -> tuple[float, str]:
         """A disc touches where the ball around it does only while it stands upright."""
-        least, told = np.inf, "no disc"
+        least, which = np.inf, "no disc"
         for leg in feet.standing:
             sole = self.robot.model.legs[leg].sole
             if sole.kind != "wheel":
@@ -91,8 +91,8 @@ class WholeCheck:
             off = sole.radius * (1 - np.cos(lean))
             spare = DISC_OFF * sole.radius - off
             if spare < least:
-                least, told = spare, self.robot.leg_names[leg]
-        return float(least), told
+                least, which = spare, self.robot.leg_names[leg]
+        return float(least), which
 
     def _support(self, q: Array, T_site_base: Array, feet: Feet, where: Placed) -> tuple[float, str]:
         com = apply(T_site_base, where.com)
@@ -108,15 +108,15 @@ class WholeCheck:
 
     def _foot(self, q: Array, T_site_base: Array, feet: Feet, where: Placed) -> tuple[float, str]:
         """Feet in the air are not in the ground."""
-        least, told = np.inf, "none in the air"
+        least, which = np.inf, "none in the air"
         for leg in self.robot.legs:
             if leg in feet.standing:
                 continue
             center = apply(T_site_base, where.soles[leg])
             over = float(center[2] - rest_heights(self.dem, center[None, :2], float(self.robot.radii[leg]))[0])
             if not over + SCRAPE >= least:
-                least, told = over + SCRAPE, self.robot.leg_names[leg]
-        return least, told
+                least, which = over + SCRAPE, self.robot.leg_names[leg]
+        return least, which
 
     def _self(self, q: Array, T_site_base: Array, feet: Feet, where: Placed) -> tuple[float, str]:
         if not len(self.apart.pairs):

@@ -115,7 +115,7 @@ def feasible_ground(
     places = leg_places(robot, geometry.resolution, settings.headings)
     layers = _layers(places, ground, _footings(robot, geometry, ground, settings), trusted, settings)
     progress(1.0, "footfalls looked for")
-    return _told(layers, places, geometry, ground, trusted, dem, robot, settings)
+    return _as_layers(layers, places, geometry, ground, trusted, dem, robot, settings)
 
 
 def updated(robot: Robot, dem: Dem, before: FeasibleGround, progress: Progress = no_progress) -> FeasibleGround:
@@ -149,7 +149,7 @@ def updated(robot: Robot, dem: Dem, before: FeasibleGround, progress: Progress =
         for layer, part in zip(layers, anew, strict=True):
             layer[..., south:north, west:east] = part[here]
         progress(done / len(strips), "footfalls looked for again")
-    return _told(layers, places, geometry, ground, trusted, dem, robot, settings)
+    return _as_layers(layers, places, geometry, ground, trusted, dem, robot, settings)
 
 
 def feasible_cost_grid(found: FeasibleGround) -> CostGrid:
@@ -218,7 +218,7 @@ def _layers(
     return relief, height, (trusted_under / (KNOWN * all_cells)).astype(np.float32), legs, why
 
 
-def _told(
+def _as_layers(
     layers: tuple[NDArray[np.generic], ...],
     places: kernel.LegPlaces,
     geometry: GridGeometry,

@@ -68,8 +68,8 @@ def footfall_contact(robot: Robot, dem: Dem, x: float, y: float) -> Contact | No
     """
     off = outside(dem.geometry, x, y)
     if not off <= 0:
-        told = f"the footfall ({x:.6g}, {y:.6g}) lies {roughly(off, 3)} m off the map"
-        return No(Status.OFF_MAP, f"{told}; {spans(dem.geometry)}; choose a place inside")
+        off_map = f"the footfall ({x:.6g}, {y:.6g}) lies {roughly(off, 3)} m off the map"
+        return No(Status.OFF_MAP, f"{off_map}; {spans(dem.geometry)}; choose a place inside")
     unknown = _unknown_in_disc(dem, x, y, robot.wheel_radius)
     height = float(height_at(dem, x, y))
     normal = normal_at(dem, x, y, robot.wheel_radius)

@@ -78,21 +78,21 @@ class Goals:
         """
         count, handed = len(self._possible), {goal.place for goal in self._found}
         refused = [place for place in range(taken.place) if place not in handed]
-        told = []
+        found = []
         for place in refused[:MOST_NAMED]:
             one = self._possible[place]
             text = f"rank {place + 1}, {posture_text(one)}, is not allowed: {self._objection(one)}"
-            told.append(Decision("goal", False, text))
+            found.append(Decision("goal", False, text))
         if len(refused) > MOST_NAMED:
             more = len(refused) - MOST_NAMED
-            told.append(Decision("goal", False, f"{more} more of better rank are not allowed either"))
+            found.append(Decision("goal", False, f"{more} more of better rank are not allowed either"))
         one = taken.candidate
         away = float(np.abs(one.q - self._q_start).max())
         by = " by clearance" if self._spare else ""
         text = f"rank {taken.place + 1}{by} of {count} postures that reach the footfall: {posture_text(one)}, "
         if self._spare:
             text += f"{1e3 * self._spare[taken.place]:z.0f} mm to spare beyond every clearance, "
-        return [*told, Decision("goal", True, text + f"{away:z.2f} rad from the start in the joint that turns most")]
+        return [*found, Decision("goal", True, text + f"{away:z.2f} rad from the start in the joint that turns most")]
 
     def _rank_by_clearance(self) -> None:
         """Most room first; of those alike in that, by motion as before."""

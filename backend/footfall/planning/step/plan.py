@@ -110,8 +110,8 @@ def plan_step(
             reason = f"{reason}; {way}" if way else reason
             other = None if instead is None else nearest_place(robot, dem, footfall.x, footfall.y, instead)
             reason = reason if other is None else f"{reason}; {place_in_words(footfall.x, footfall.y, other)}"
-        told = (found.checks, footfall, provenance, decisions, points, other)
-        return PlanResult(found.status, None, reason, *told)
+        rest = (found.checks, footfall, provenance, decisions, points, other)
+        return PlanResult(found.status, None, reason, *rest)
     plan = StepPlan(
         leg=leg,
         waypoints=found.waypoints,
@@ -226,7 +226,7 @@ class _Attempt:
                 if not bad:
                     decisions = self._decisions(goals, goal, last, turn) if self.explain else ()
                     return _Yes(waypoints, phases, checks, contact, goal.candidate.branch, turn.planner, decisions)
-                why = partial("a path of {} fails the check of {}".format, turn.planner, _told(bad[0]))
+                why = partial("a path of {} fails the check of {}".format, turn.planner, _check_in_words(bad[0]))
                 failures.append(_Failure(why, checks))
             if all(failure.for_good for failure in failures):
                 turns.has_failed(turn.planner)
@@ -236,9 +236,9 @@ class _Attempt:
         """The answer after planners failed. barred: what proves that none can succeed, with what to try."""
         self.watch.lift_limit()
         said = _said(last)
-        told = barred or f"{'; '.join(_once(last))}; {ADVICE}"
+        why = barred or f"{'; '.join(_once(last))}; {ADVICE}"
         checks = next((one.checks for failures in last.values() for one in failures if one.checks), ())
-        reason = f"no way to the footfall was found: {told}"
+        reason = f"no way to the footfall was found: {why}"
         return _Nowhere(Status.NO_PATH, reason, checks, tuple(_tried(said)) if self.explain else ())
 
     def _decisions(self, goals: Goals, goal: Goal, last: _Failures, turn: Turn) -> tuple[Decision, ...]:
@@ -295,7 +295,7 @@ def _once(last: _Failures) -> list[str]:
         paths = (
             f"paths of {', '.join(planners)} fail" if len(planners) > 1 else f"a path of {next(iter(planners))} fails"
         )
-        reasons[f"{paths} the check of {_told(check)}"] = None
+        reasons[f"{paths} the check of {_check_in_words(check)}"] = None
     return list(reasons)
 
 
@@ -308,6 +308,6 @@ def _tried(said: dict[str, list[str]]) -> list[Decision]:
     return found
 
 
-def _told(check: Check) -> str:
+def _check_in_words(check: Check) -> str:
     size = f" by {-check.margin:z.3f} {check.unit}" if check.margin < 0 else ""
     return f"{check.name}{size} ({check.where})"

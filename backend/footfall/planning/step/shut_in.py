@@ -36,15 +36,15 @@ def shut_in(situation: Situation, start: Array, goals: Sequence[Array]) -> str:
     Returns:
         Words; empty where nothing bars one of them.
     """
-    told, links = [], _UpperLinks(situation, start)
+    reasons, links = [], _UpperLinks(situation, start)
     for goal in goals:
         step = LOOKS if goal[0] > start[0] else -LOOKS
         barred = (what for angle in np.arange(start[0], goal[0], step) if (what := links.barred(float(angle))))
         found = next(barred, "")
         if not found:
             return ""
-        told.append(found)
-    return "; ".join(dict.fromkeys(told))
+        reasons.append(found)
+    return "; ".join(dict.fromkeys(reasons))
 
 
 class _UpperLinks:
@@ -56,13 +56,13 @@ class _UpperLinks:
         vertices = situation.robot.description.meshes[self._second].vertices
         self._reach = float(np.linalg.norm(vertices, axis=1).max())
         self._free = float(start[1])
-        self._told: dict[float, str] = {}
+        self._known: dict[float, str] = {}
 
     def barred(self, angle: float) -> str:
         """What no posture with the first joint at this angle [rad] gets away from, in words; empty: one may."""
-        if angle not in self._told:
-            self._told[angle] = self._looked(angle)
-        return self._told[angle]
+        if angle not in self._known:
+            self._known[angle] = self._looked(angle)
+        return self._known[angle]
 
     def _looked(self, angle: float) -> str:
         q, met = self._start.copy(), Counter[str]()

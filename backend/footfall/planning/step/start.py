@@ -42,8 +42,8 @@ def start_objection(robot: Robot, dem: Dem, state: RobotState, leg: int) -> str:
 
 
 def _outside_limits(robot: Robot, state: RobotState) -> str:
-    told = outside_in_words(robot, np.asarray(state.posture))
-    return f"{told}, or correct its encoder if the joint is not really there" if told else ""
+    outside = outside_in_words(robot, np.asarray(state.posture))
+    return f"{outside}, or correct its encoder if the joint is not really there" if outside else ""
 
 
 def _cutting(robot: Robot, state: RobotState, moving: int) -> str:

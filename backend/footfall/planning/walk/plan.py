@@ -255,8 +255,8 @@ class _Attempt:
         x, y = self.goal.x, self.goal.y
         off = outside(self.dem.geometry, x, y)
         if not off <= 0:
-            told = f"the goal ({x:g}, {y:g}) lies {roughly(off)} m off the map"
-            return No(Status.OFF_MAP, f"{told}; {spans(self.dem.geometry)}; choose one inside")
+            reason = f"the goal ({x:g}, {y:g}) lies {roughly(off)} m off the map"
+            return No(Status.OFF_MAP, f"{reason}; {spans(self.dem.geometry)}; choose one inside")
         if not np.isfinite(height_at(self.dem, x, y)):
             return No(
                 Status.UNKNOWN_GROUND,

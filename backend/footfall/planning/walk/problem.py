@@ -273,8 +273,8 @@ class CheckedMotion(Product):
 
     def require_complete(self, called: str) -> None:
         """Raises InvalidInput unless all is told of each waypoint; called: what this is, for a person."""
-        told = (self.Ts_site_base, self.moves, self.phases, self.margins, self.torques)
-        if {len(each) for each in told} != {len(self.waypoints)}:
+        columns = (self.Ts_site_base, self.moves, self.phases, self.margins, self.torques)
+        if {len(each) for each in columns} != {len(self.waypoints)}:
             raise InvalidInput(f"every waypoint of {called} needs a pose, a foot move, a phase, a margin and a torque")
 
 

@@ -45,19 +45,19 @@ def anchor_refused(dem: Dem, T_site_base: Array, tether: Tether) -> str:
         One sentence; "" where it can.
     """
     x, y, z = (float(one) for one in tether.anchor)
-    told, off = f"the tether's anchor ({x:g}, {y:g}, {z:g}) m", outside(dem.geometry, x, y)
+    which, off = f"the tether's anchor ({x:g}, {y:g}, {z:g}) m", outside(dem.geometry, x, y)
     if not off <= 0:
-        return f"{told} lies {roughly(off)} m off the map: nobody knows the ground under the tether; choose one inside"
+        return f"{which} lies {roughly(off)} m off the map: nobody knows the ground under the tether; choose one inside"
     length = float(tether.lengths(T_site_base[None])[0])
     if length > tether.free_length:
         return f"the tether is {tether.free_length:g} m long, its anchor {length:z.2f} m away; choose a nearer anchor"
     if not length > SHORTEST:
-        return f"{told} is where the tether leaves the chassis, so that it has no direction; choose one farther away"
+        return f"{which} is where the tether leaves the chassis, so that it has no direction; choose one farther away"
     ground = float(height_at(dem, x, y))
     if not np.isfinite(ground):
-        return f"{told} lies where nothing is known of the ground; choose one over known ground"
+        return f"{which} lies where nothing is known of the ground; choose one over known ground"
     if ground - z > SUNK:
-        return f"{told} is {ground - z:z.2f} m below the ground, which is {ground:z.2f} m high there; raise it"
+        return f"{which} is {ground - z:z.2f} m below the ground, which is {ground:z.2f} m high there; raise it"
     deep, at = _deepest(dem, apply(T_site_base, tether.attachment), tether, length)
     if deep > SUNK:
         return (
@@ -102,15 +102,15 @@ def hold_refused(robot: Robot, start: At, balance: BalanceSettings, tether: Teth
     """Why ground and tether don't hold the rover where the walk begins, or "". start: in site."""
     if _holds(robot, start, balance, tether):
         return ""
-    told = f"ground and tether don't hold the rover where it stands: its drum pulls with {tether.most_force:z.0f} N"
+    reason = f"ground and tether don't hold the rover where it stands: its drum pulls with {tether.most_force:z.0f} N"
     most, least = STRONGEST, tether.most_force
     if most <= least or not _holds(robot, start, balance, replace(tether, most_force=most)):
-        return f"{told}, and more would not do from that anchor; choose one that is up the slope from the rover"
+        return f"{reason}, and more would not do from that anchor; choose one that is up the slope from the rover"
     while most - least > 0.1 * _ROUND:
         middle = 0.5 * (most + least)
         held = _holds(robot, start, balance, replace(tether, most_force=middle))
         most, least = (middle, least) if held else (most, middle)
-    return f"{told} at most, and {np.ceil(most / _ROUND) * _ROUND:z.0f} N are needed; give a stronger one"
+    return f"{reason} at most, and {np.ceil(most / _ROUND) * _ROUND:z.0f} N are needed; give a stronger one"
 
 
 def _holds(robot: Robot, start: At, balance: BalanceSettings, tether: Tether) -> bool:

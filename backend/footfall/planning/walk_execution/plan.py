@@ -193,10 +193,10 @@ class HeldWay:
             return began
         found = self._executed(began, plan, end, progress)
         result = found.result
-        told = tuple(replace(check, where=f"{called}: {check.where}") for check in result.checks)
+        checks = tuple(replace(check, where=f"{called}: {check.where}") for check in result.checks)
         if result.status is not Status.FOUND or result.execution is None or found.end is None:
-            return No(result.status, result.reason, told)
-        self.checks += told
+            return No(result.status, result.reason, checks)
+        self.checks += checks
         self.rest, self.state = found.end, began.rover.state(found.end, self.state.time)
         return result.execution
 

@@ -68,10 +68,10 @@ def way_on(
         return _replan(moved, so_far, settings)
     if weak := _beyond(walk, number, last, settings):
         return _replan(weak, so_far, settings)
-    told = [f"the walk fits: {part_name(number, walk.foot_moves)} of {walk.foot_moves} is next"]
-    told += [so_far.short] if so_far.short and number == 0 else []
-    told += [old] if (old := remembered_ground(robot, dem, walk, number, last)) else []
-    return WayOn(Act.GO, "; ".join(told))
+    reasons = [f"the walk fits: {part_name(number, walk.foot_moves)} of {walk.foot_moves} is next"]
+    reasons += [so_far.short] if so_far.short and number == 0 else []
+    reasons += [old] if (old := remembered_ground(robot, dem, walk, number, last)) else []
+    return WayOn(Act.GO, "; ".join(reasons))
 
 
 def arrived(goal: WalkGoal, T_site_base: Array) -> bool:

@@ -29,8 +29,8 @@ def judge_legs(model: LeggedModel) -> tuple[Finding, ...]:
         ("symmetry", _asymmetries(model), "legs of a group are the same"),
     )
     for check, findings, well in checks:
-        told = list(findings)
-        found += told or [good(check, well)]
+        listed = list(findings)
+        found += listed or [good(check, well)]
     return tuple(found)
 
 

@@ -26,13 +26,13 @@ def judge_tree(tree: RobotTree) -> tuple[Finding, ...]:
         ("mass", _masses(tree), f"{len(tree.links)} links weigh {tree.mass:z.3f} kg"),
         ("inertia", _inertias(tree), "inertias are positive definite and keep the triangle inequality"),
         ("limits", _limits(tree), "every joint that needs limits has them in order"),
-        ("effort", _told(tree, "effort"), "every joint says how strong it is"),
-        ("velocity", _told(tree, "velocity"), "every joint says how fast it is"),
+        ("effort", _given(tree, "effort"), "every joint says how strong it is"),
+        ("velocity", _given(tree, "velocity"), "every joint says how fast it is"),
         ("mesh size", _sizes(tree), "collision shapes are about as large as the joints are apart"),
     )
     for check, findings, well in checks:
-        told = list(findings)
-        found += told or [good(check, well)]
+        listed = list(findings)
+        found += listed or [good(check, well)]
     return tuple(found)
 
 
@@ -84,8 +84,8 @@ def inertia_fault(mass: float, inertia: NDArray[np.float64]) -> tuple[Grade, str
     if a <= ROUNDING * c:
         return Grade.UNUSABLE, f"its inertia is not positive definite: its least principal moment is {a:.3g} kg·m²"
     if c > (a + b) * (1 + TRIANGLE_SLACK):
-        told = f"{c:.4g} kg·m² is more than {a:.4g} + {b:.4g}"
-        return Grade.DOUBTFUL, f"its inertia breaks the triangle inequality: {told}"
+        excess = f"{c:.4g} kg·m² is more than {a:.4g} + {b:.4g}"
+        return Grade.DOUBTFUL, f"its inertia breaks the triangle inequality: {excess}"
     return None
 
 
@@ -140,7 +140,7 @@ def _limits(tree: RobotTree) -> Iterator[Finding]:
             )
 
 
-def _told(tree: RobotTree, what: str) -> Iterator[Finding]:
+def _given(tree: RobotTree, what: str) -> Iterator[Finding]:
     for joint in tree.free():
         size = getattr(joint, what)
         if math.isnan(size):
@@ -160,15 +160,15 @@ def _sizes(tree: RobotTree) -> Iterator[Finding]:
             ratio = float(shape.size.max()) / length
             if ratio <= LARGE_MESH:
                 continue
-            told = (
+            size = (
                 f"{shape.source or shape.kind} is {shape.size.max():.3g} m large, and the joints reach {length:.3g} m"
             )
             if ratio > HUGE_MESH:
                 yield unusable(
-                    "mesh size", link.name, f'{told}: in millimetres? scale="0.001 0.001 0.001" would be right'
+                    "mesh size", link.name, f'{size}: in millimetres? scale="0.001 0.001 0.001" would be right'
                 )
             else:
-                yield doubtful("mesh size", link.name, told)
+                yield doubtful("mesh size", link.name, size)
 
 
 def _unit(joint: TreeJoint) -> str:

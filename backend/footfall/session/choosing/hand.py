@@ -101,7 +101,7 @@ class Hand:
         at = origin if place is None else tuple(float(one) for one in place)
         before = self._held
         stance = before.stance if before is not None and before.what == what else None
-        return self._have(self._told(Held(what, index, leg, origin, at, who, UNREAD, stance=stance)))
+        return self._have(self._with_read_out(Held(what, index, leg, origin, at, who, UNREAD, stance=stance)))
 
     def commit(self) -> HeldAnswer:
         """What is in hand becomes the choice, and stays in hand; where it is refused, it goes back to where it was.
@@ -113,7 +113,7 @@ class Hand:
             if held.place != held.origin:
                 self._choose(held)
         except FootFallError as err:
-            self._have(self._told(replace(held, place=held.origin, refused=err.message)))
+            self._have(self._with_read_out(replace(held, place=held.origin, refused=err.message)))
             raise
         return self.hold(held.what, None, held.index)
 
@@ -126,11 +126,11 @@ class Hand:
             self._core.folded_log.tell("hand", hand=None)
 
     def _have(self, held: Held) -> HeldAnswer:
-        told = held.as_dict()
+        answer = held.as_dict()
         with self._core.folded_log.lock:
             self._held = held
-            self._core.folded_log.tell("hand", hand=told)
-        return told
+            self._core.folded_log.tell("hand", hand=answer)
+        return answer
 
     def _mine(self) -> Held:
         held = self._present_hand()
@@ -154,7 +154,7 @@ class Hand:
             return None
         if (leg, origin) == (held.leg, held.origin):
             return held
-        now = self._told(replace(held, leg=leg, origin=origin, place=origin, refused="", stance=None))
+        now = self._with_read_out(replace(held, leg=leg, origin=origin, place=origin, refused="", stance=None))
         with self._core.folded_log.lock:
             if self._held is held:
                 self._held = now
@@ -190,7 +190,7 @@ class Hand:
         elif self._core.state.what_if is not None:
             self._stances.end_what_if()
 
-    def _told(self, held: Held) -> Held:
+    def _with_read_out(self, held: Held) -> Held:
         """With what is to be said of its place."""
         dem = self._core.typed(Dem, present(self._core.state.dem, "there is no terrain yet"))
         if held.leg is None:

@@ -110,13 +110,13 @@ def require_fit_to_go_on(sequence: Sequence, row: int, facts: Facts, joint_names
     sags = sequence.at_rest is not None
     expected = sequence.set_points_before(row) if sags else sequence.predicted[row - 1]
     present = frame.commanded if sags else frame.state.posture
-    told = np.array(expected)
-    if told.shape == present.shape:
+    due = np.array(expected)
+    if due.shape == present.shape:
         for leg in _lowered(sequence.commands[:row]):
             own = slice(6 * leg, 6 * leg + 6)
-            told[own] = present[own]
+            due[own] = present[own]
     whose = "the set point of " if sags else ""
-    _require_joints("start", told, present, joint_names, f"where row {row + 1} starts", whose)
+    _require_joints("start", due, present, joint_names, f"where row {row + 1} starts", whose)
     _require_pose(sequence.poses[row - 1], facts.place)
     if sags and facts.robot is not None and begins_a_foot_move(sequence.commands, row):
         _require_rest(facts.robot, sequence, row - 1, facts.place)
@@ -148,7 +148,7 @@ def _require_rest(robot: "Robot", sequence: Sequence, row: int, place: OnMap) ->
         _refuse(
             "rest",
             f"the wheel of leg {leg} is {away:z.3f} m from where it was predicted to rest after row {row + 1}; "
-            f"at most {FOOT_MOVED:g} m are accepted{_as_told(place)}",
+            f"at most {FOOT_MOVED:g} m are accepted{_as_doubted(place)}",
             leg=leg,
             difference=away,
             limit=FOOT_MOVED,
@@ -212,13 +212,13 @@ def _require_pose(T_site_base: NDArray[np.float64], place: OnMap) -> None:
         _refuse(
             "pose",
             f"the chassis has moved by {moved:z.3f} m since the sequence was planned; "
-            f"at most {POSE_TOLERANCE:g} m are accepted{_as_told(place)}",
+            f"at most {POSE_TOLERANCE:g} m are accepted{_as_doubted(place)}",
             difference=moved,
             limit=POSE_TOLERANCE,
         )
 
 
-def _as_told(place: OnMap) -> str:
+def _as_doubted(place: OnMap) -> str:
     """Why the pose is not taken as images corrected it, after what is refused over that."""
     return f", on the map and by odometry alone, as {place.doubt}" if place.doubt else ""
 

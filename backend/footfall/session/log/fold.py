@@ -233,8 +233,8 @@ def _mapped(state: SessionState, event: Event, payload: Payload, digest: str) ->
 def _executed(state: SessionState, event: Event, payload: Payload, digest: str) -> SessionState:
     if payload["parents"]["plan"] != state.plan:
         return state  # of another plan than the present one
-    told = {"execution_status": payload["status"], "execution_reason": payload["reason"]}
-    return replace(state, execution=digest, **told)
+    changes = {"execution_status": payload["status"], "execution_reason": payload["reason"]}
+    return replace(state, execution=digest, **changes)
 
 
 def _queued(state: SessionState, event: Event, payload: Payload, digest: str) -> SessionState:

@@ -147,13 +147,13 @@ def _run_aborted(state: Commanded, event: Event, payload: Payload) -> Changes:
 
 
 def _run_ended(state: Commanded, event: Event, payload: Payload) -> Changes:
-    told = {"outcome": payload.get("outcome", ""), "reason": payload["reason"], "ended": float(event.time)}
+    changes = {"outcome": payload.get("outcome", ""), "reason": payload["reason"], "ended": float(event.time)}
     number = payload.get("run")
     if number is not None and number > state.runs:
-        run = RunRecord(number, "", 0, "whole", "", float(event.time), state="ended", **told)
+        run = RunRecord(number, "", 0, "whole", "", float(event.time), state="ended", **changes)
         return {"runs": number, "run": run}
     settled = _settled(state, event, payload["reason"], number)
-    return {"commands": settled, **_run_is(state, payload, state="ended", **told)}
+    return {"commands": settled, **_run_is(state, payload, state="ended", **changes)}
 
 
 def _run_is(state: Commanded, payload: Payload, /, **changes: Any) -> Changes:
@@ -211,14 +211,14 @@ def _stop_requested(state: Commanded, event: Event, payload: Payload) -> Changes
     stop, number = state.stop, _number_of_stop(payload, state.stop.number + 1)
     if number <= stop.cleared or number < stop.number:
         return {}
-    told = StopRecord(True, stop.heard >= number, payload["reason"], float(payload["at"]))
-    return {"stop": replace(told, number=number, heard=stop.heard, cleared=stop.cleared)}
+    stopped = StopRecord(True, stop.heard >= number, payload["reason"], float(payload["at"]))
+    return {"stop": replace(stopped, number=number, heard=stop.heard, cleared=stop.cleared)}
 
 
 def _stop_acknowledged(state: Commanded, event: Event, payload: Payload) -> Changes:
     stop, number = state.stop, _number_of_stop(payload, state.stop.number)
-    told = stop.latched and number >= stop.number
-    return {"stop": replace(stop, acknowledged=stop.acknowledged or told, heard=max(stop.heard, number))}
+    heard = stop.latched and number >= stop.number
+    return {"stop": replace(stop, acknowledged=stop.acknowledged or heard, heard=max(stop.heard, number))}
 
 
 def _stop_cleared(state: Commanded, event: Event, payload: Payload) -> Changes:

@@ -165,14 +165,14 @@ class UpToDate:
         state, now = self._core.state, self.things_now()
         latest = {kind.name: state.newest(kind) for kind in KINDS.values() if kind.watched}
         what_if = now.what_if_fit()
-        told = {
+        answer = {
             "measured": self.measured() is not None,
             "unheard": now.unheard,
             "what_if": None if what_if is None else what_if.as_dict(),
             "maps": {leg: self.of(digest, now).as_dict() for leg, digest in state.maps.items()},
             **{name: None if one is None else self.of(one, now).as_dict() for name, one in latest.items()},
         }
-        return cast(UpToDateAnswer, told)  # its members of each kind have names that no type can say
+        return cast(UpToDateAnswer, answer)  # its members of each kind have names that no type can say
 
     def stance(self, digest: str) -> RobotState:
         """A frozen or predicted state, or where a sequence starts."""

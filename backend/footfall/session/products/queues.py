@@ -70,7 +70,7 @@ class Queues:
         elif goes_on:
             self._stances.end_what_if()
 
-    def told(self) -> QueueAnswer | None:
+    def answer(self) -> QueueAnswer | None:
         """The queue as plain JSON; None where it is empty."""
         digest = self._core.state.queue
         if digest is None:

@@ -45,11 +45,11 @@ def looks_behind(state: SessionState, events: Iterable[Event], value_store: Valu
 
     Images with too little ground in common with the map leave its correction as it was: it is from those before then.
     """
-    told = {event.payload["digest"]: event.payload["state"] for event in events if event.type == "snapshot_taken"}
+    states = {event.payload["digest"]: event.payload["state"] for event in events if event.type == "snapshot_taken"}
     merged: list[str] = []
     built = None if state.dem is None else _built(state, state.dem)
     while built is not None and "map" in (parents := state.products[built].parents):
-        if parents["snapshot"] not in told:
+        if parents["snapshot"] not in states:
             return None
         merged.append(built)
         built = _built(state, below := parents["map"])
@@ -62,7 +62,7 @@ def looks_behind(state: SessionState, events: Iterable[Event], value_store: Valu
     if moved is None:
         return None
     taken = [
-        value_store.typed(RobotState, told[state.products[one].parents["snapshot"]])
+        value_store.typed(RobotState, states[state.products[one].parents["snapshot"]])
         for one in (merged[moved], merged[-1])
     ]
     settings = value_store.typed(Dem, merged[moved]).provenance.settings

@@ -84,5 +84,5 @@ def sag_of(sequence: Sequence, postures: Mapping[int, NDArray[np.float64]]) -> S
     measured = np.vstack([sequence.start, *(postures[row] for row in rows)])
     ratio = sag_ratio(commanded, measured, predicted)
     made_with = sequence.provenance.settings
-    told = made_with.compliance if isinstance(made_with, SequenceSettings) else None
-    return Sag(sequence.digest, ratio, tuple(rows), told or ComplianceSettings())
+    compliance = made_with.compliance if isinstance(made_with, SequenceSettings) else None
+    return Sag(sequence.digest, ratio, tuple(rows), compliance or ComplianceSettings())

@@ -36,12 +36,12 @@ def moved_since(core: SessionCore, rover: LinkedRover, then: RobotState) -> Sinc
     now = frame.state
     found = difference(then.posture, then.T_site_base, now, core.layout.joint_names)
     what = found.beyond(*SENT)
-    told = {
+    reasons = {
         "": "",
         "chassis": f"the chassis has moved by {found.moved:z.2f} m since",
         "joint": f"{found.joint} has turned by {np.degrees(found.turned):+z.1f}° since",
     }
-    return {"moved": bool(what), "reason": told[what]}
+    return {"moved": bool(what), "reason": reasons[what]}
 
 
 def latest_look(core: SessionCore, rover: LinkedRover) -> LookAnswer | None:

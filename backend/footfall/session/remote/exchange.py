@@ -76,6 +76,6 @@ def error_text(error: FootFallError) -> str:
 
 def error_of(text: str) -> FootFallError:
     """The error that the other side told of."""
-    told: dict[str, Any] = json.loads(text)
+    document: dict[str, Any] = json.loads(text)
     kinds = {cls.kind: cls for cls in vars(errors).values() if isinstance(cls, type) and issubclass(cls, FootFallError)}
-    return kinds.get(told["kind"], FootFallError)(told["message"], **told["details"])
+    return kinds.get(document["kind"], FootFallError)(document["message"], **document["details"])

@@ -209,7 +209,7 @@ class _Work:
 
     def _look_after(self, context: JobContext, job: str, local: Job, server: str) -> FootFallError | None:
         """Until it ended. Returns why, where this worker and not its work is the reason."""
-        told: Any = None
+        sent: Any = None
         there = time.monotonic()
         asked = there
         lost: FootFallError | None = None
@@ -227,9 +227,9 @@ class _Work:
                         there = now
                     elif not wanted or now - there > SILENCE:
                         local.cancel()  # nobody waits for it any more
-                if local.state == "running" and (local.fraction, local.text) != told:
-                    told = local.fraction, local.text
-                    self._board.tell(job, *told)
+                if local.state == "running" and (local.fraction, local.text) != sent:
+                    sent = local.fraction, local.text
+                    self._board.tell(job, *sent)
             except psycopg.Error as err:
                 _log.warning("a job can't be told of: %s", err)
         return lost

@@ -174,8 +174,8 @@ def _words(event: Event, rows: Mapping[str, int]) -> str:
     if state != event.type and payload.get("id") in rows:
         reason = f": {payload['reason']}" if payload.get("reason") else ""
         return f"row {rows[payload['id']] + 1} {_STATES.get(state, state)}{reason}"
-    told = [payload.get(name) for name in ("kind", "status", "text", "name", "format", "state", "reason")]
-    words = [text for text in told if isinstance(text, str) and text and not _is_digest(text)]
+    values = [payload.get(name) for name in ("kind", "status", "text", "name", "format", "state", "reason")]
+    words = [text for text in values if isinstance(text, str) and text and not _is_digest(text)]
     for name, first in (("leg", 0), ("row", 1)):
         if isinstance(payload.get(name), int):
             words.append(f"{name} {payload[name] + first}")
@@ -189,7 +189,7 @@ def _is_digest(text: str) -> bool:
 
 def _plan(event: Event, get: Get, robot: Robot) -> StoryPlan:
     result = get(PlanResult, event.payload["digest"])
-    told: StoryPlan = {
+    shown: StoryPlan = {
         "seq": event.seq,
         "leg": result.footfall.leg,
         "footfall": [result.footfall.x, result.footfall.y],
@@ -204,8 +204,8 @@ def _plan(event: Event, get: Get, robot: Robot) -> StoryPlan:
         "map": None,
     }
     if result.plan is not None:
-        told["swing"] = _swing(robot, result.plan, get(Dem, event.payload["parents"]["dem"]))
-    return told
+        shown["swing"] = _swing(robot, result.plan, get(Dem, event.payload["parents"]["dem"]))
+    return shown
 
 
 def _swing(robot: Robot, plan: StepPlan, dem: Dem) -> StorySwing:

@@ -87,10 +87,10 @@ def replay_recording(path: Path, progress: Progress = no_progress) -> RecordingR
             heard.take(said)
     except FootFallError as err:
         heard.problem(err.message)
-    told = {name: count for name, count in recording.counts.items() if heard.counted.as_dict()[name] != count}
-    if told:
-        found = {name: heard.counted.as_dict()[name] for name in told}
-        heard.problem(f"its end says {_words(told)}, but it holds {_words(found)}")
+    miscounted = {name: count for name, count in recording.counts.items() if heard.counted.as_dict()[name] != count}
+    if miscounted:
+        found = {name: heard.counted.as_dict()[name] for name in miscounted}
+        heard.problem(f"its end says {_words(miscounted)}, but it holds {_words(found)}")
     progress(1.0, "done")
     return RecordingReport(
         recording=recording.name,

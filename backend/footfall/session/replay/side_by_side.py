@@ -60,7 +60,7 @@ def side_by_side(one: SessionCore, other: SessionCore) -> SideBySide:
         "exports": lambda state: ", ".join(sorted({export.format for export in state.exports})) or "none",
         "notes": lambda state: str(len(state.notes)),
     }
-    rows += [_fact(what, (told(one.state), told(other.state))) for what, told in facts.items()]
+    rows += [_fact(what, (tell(one.state), tell(other.state))) for what, tell in facts.items()]
     return SideBySide((one.name, other.name), tuple(rows))
 
 
@@ -74,23 +74,23 @@ def _values(
     one, other = (
         None if digest is None else session.get(digest) for session, digest in zip(both, digests, strict=True)
     )
-    told = ("none" if one is None else tell(one), "none" if other is None else tell(other))
+    values = ("none" if one is None else tell(one), "none" if other is None else tell(other))
     if digests[0] == digests[1]:
-        return Compared(what, told, True, "")
+        return Compared(what, values, True, "")
     if one is None or other is None:
-        return Compared(what, told, False, "only one of the two has it")
+        return Compared(what, values, False, "only one of the two has it")
     found = list(islice(differences(one, other), FIRST + 1))
-    text = ", ".join(_told(difference) for difference in found[:FIRST])
-    return Compared(what, told, False, text + (" and more" if len(found) > FIRST else ""))
+    text = ", ".join(_in_words(difference) for difference in found[:FIRST])
+    return Compared(what, values, False, text + (" and more" if len(found) > FIRST else ""))
 
 
-def _told(difference: FieldDifference) -> str:
+def _in_words(difference: FieldDifference) -> str:
     name = difference.path.split("[")[0]
     return f"{name} differs" + ("" if difference.magnitude is None else f" by up to {difference.magnitude:.3g}")
 
 
-def _fact(what: str, told: tuple[str, str]) -> Compared:
-    return Compared(what, told, told[0] == told[1], "")
+def _fact(what: str, values: tuple[str, str]) -> Compared:
+    return Compared(what, values, values[0] == values[1], "")
 
 
 def _state(state: RobotState) -> str:

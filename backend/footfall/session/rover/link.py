@@ -60,13 +60,13 @@ class RoverLink:
         self._stragglers = 0
         # storing images takes seconds, and telemetry must not wait for it
         self._paths = {name: LightPath(name, clock) for name in ("telemetry", "images", "commands", "stops")}
-        self._told: deque[OnItsWay] = deque(maxlen=MOST_SHOWN)
+        self._on_way: deque[OnItsWay] = deque(maxlen=MOST_SHOWN)
         self.light_time = light_time or LightTime()
         self.frames = self.gaps = self.restarts = self.late = self.repeated = self.clock_jumps = self.faults = 0
         self.lost_on_the_way = self.acks_again = 0
         self.fault = ""
         self.kinds: Counter[str] = Counter()
-        self._told_of: dict[str, float] = {}
+        self._reported_at: dict[str, float] = {}
 
     def connect(self, send: Send) -> None:
         """A rover is there; ``send`` hands it one text frame, without blocking, from any thread.
@@ -159,10 +159,12 @@ class RoverLink:
         with self._guard:
             self.faults += 1
             self.kinds[kind] += 1
-            news = text != self.fault and now - self._told_of.get(kind, -REPORTED_AGAIN_AFTER) >= REPORTED_AGAIN_AFTER
+            news = (
+                text != self.fault and now - self._reported_at.get(kind, -REPORTED_AGAIN_AFTER) >= REPORTED_AGAIN_AFTER
+            )
             self.fault = text
             if news:
-                self._told_of[kind] = now
+                self._reported_at[kind] = now
             return news
 
     def said_again(self) -> None:
@@ -182,9 +184,9 @@ class RoverLink:
         arrives_at = self._paths["commands"].carry(lambda: self._hand_over(send, text), light_time.commands)
         if light_time.round_trip:
             message = json.loads(text)
-            told = OnItsWay(message["type"], message.get("id", ""), arrives_at, arrives_at + light_time.telemetry)
+            on_way = OnItsWay(message["type"], message.get("id", ""), arrives_at, arrives_at + light_time.telemetry)
             with self._guard:
-                self._told.append(told)
+                self._on_way.append(on_way)
 
     def _hand_over(self, send: Send, text: str) -> None:
         # to the connection that it was sent to, also where another session has taken over that connection since
@@ -200,7 +202,7 @@ class RoverLink:
         """The latest messages down that can't have been answered yet, oldest first."""
         now = self._clock()
         with self._guard:
-            return [one.as_dict(now) for one in self._told if one.answer_at > now]
+            return [one.as_dict(now) for one in self._on_way if one.answer_at > now]
 
     @property
     def connected(self) -> bool:

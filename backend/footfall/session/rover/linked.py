@@ -39,7 +39,7 @@ class LinkedRover:
         self._core = core
         self._requests = 0
         self._follow: list[Callable[[TelemetryFrame], None]] = []
-        self.recorder = Recorder(core.store.folder, self._recordable, self._recording_told, recording)
+        self.recorder = Recorder(core.store.folder, self._recordable, self._recording_failed, recording)
         self.past = Past()
         self.link = RecordedLink(self.recorder, light_time)
         folded_log = core.folded_log
@@ -116,8 +116,8 @@ class LinkedRover:
             if before is not None:
                 self._tell_what_is_odd(before, frame)
             if frame.state.mode == "idle" and self._core.described is None:
-                told = gives_way(frame.state, frame.commanded, self._core.description.stiffness)
-                self.seen_to_give_way = self.seen_to_give_way if told is None else told
+                gave_way = gives_way(frame.state, frame.commanded, self._core.description.stiffness)
+                self.seen_to_give_way = self.seen_to_give_way if gave_way is None else gave_way
             self.recorder.take(frame, at)
             self.past.take(frame, at)
             self._core.folded_log.tell("telemetry", frame=frame, age=self.link.age, light=light)
@@ -262,7 +262,7 @@ class LinkedRover:
         """Tell whoever listens that session ``by`` holds the rover from now on."""
         self._core.folded_log.tell("session", session={"current": by})
 
-    def _recording_told(self, type: str, text: str) -> None:
+    def _recording_failed(self, type: str, text: str) -> None:
         """A fault of the recorder, or what it saved of a recording that was cut short."""
         if type == "link_fault":
             self.link.complain(text, "recorder")

@@ -91,10 +91,10 @@ class Tracks:
         first, last = min(starts.values()), _last(newest, tracks[newest])
         begin, end = first if begin is None else begin, last if end is None else end
         held = [tracks[path] for path in wanted if tracks[path].columns]
-        told = _told(held, channels, begin, max(end, begin + SHORTEST), parts, fine)
+        found = _shortened(held, channels, begin, max(end, begin + SHORTEST), parts, fine)
         damaged = tuple(recording_name(path) for path in wanted if tracks[path].damaged)
         self._forget()
-        return RecordedTelemetry(time.time(), first, last, *told, unread, damaged)
+        return RecordedTelemetry(time.time(), first, last, *found, unread, damaged)
 
     def _read(self, path: Path, most: int, fine: bool) -> tuple[Track, int, int]:
         """The track of a file, how much of it was read now, and how much of it is left [bytes]."""
@@ -148,7 +148,7 @@ def _within(starts: dict[Path, float], begin: float | None, end: float | None) -
     ]
 
 
-def _told(
+def _shortened(
     tracks: Sequence[Track], channels: Sequence[tuple[str, int]], begin: float, end: float, parts: int, fine: bool
 ) -> tuple[tuple[float, ...], tuple[tuple[float | None, ...], ...], tuple[tuple[float, float], ...]]:
     """Times, numbers of each channel, and silences."""

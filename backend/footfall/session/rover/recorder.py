@@ -91,7 +91,7 @@ class Recorder:
         self._path = self._folder
         self._latest = self._number = 0
         self._refused_until = 0.0
-        self._told = False
+        self._reported = False
         if limits is not None and any(self._folder.glob(f"*{UNFINISHED}")):
             self._start()
 
@@ -195,8 +195,8 @@ class Recorder:
             self._refused_until = time.monotonic() + TRY_AGAIN_AFTER
             self._lose(new + (0 if self._writer is None else self._writer.unsaved), untold)
             self._abandon()
-            if not self._told:
-                self._told = True
+            if not self._reported:
+                self._reported = True
                 self._tell("link_fault", f"telemetry is not recorded: {err.strerror or err}")
         except Exception:
             # one strange thing must not end the recording of the others
@@ -204,7 +204,7 @@ class Recorder:
             self._lose(new, untold)
         else:
             if new and self._writer is not None and not self._writer.unsaved:
-                self._told = False
+                self._reported = False
 
     def _lose(self, new: int, untold: int) -> None:
         """Count what is lost only now, and keep for later what could not be told of earlier losses."""

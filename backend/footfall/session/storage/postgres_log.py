@@ -93,8 +93,8 @@ class PostgresLog:
             rows = self._database.execute(_EVENTS, (session,)).fetchall()
         records: list[Record] = []
         for seq, at, type, payload, previous, chained in rows:
-            told, content = self._parsed(session, at), self._object(session, payload)
-            found = {"seq": seq, "time": told, "type": type, "payload": content, "previous": previous, "hash": chained}
+            when, content = self._parsed(session, at), self._object(session, payload)
+            found = {"seq": seq, "time": when, "type": type, "payload": content, "previous": previous, "hash": chained}
             records.append(found)
         require_chain(records, f"{self.name}, session {session}:")
         return records
@@ -163,8 +163,8 @@ class PostgresLog:
             for session, about, digest in rows:
                 if session in sessions:
                     events = self._database.execute(_EVENTS, (session,)).fetchall()
-                    told = [(session, seq, self._parsed(session, at), *rest) for seq, at, *rest in events]
-                    copy.take(session, about, digest, told)
+                    parsed = [(session, seq, self._parsed(session, at), *rest) for seq, at, *rest in events]
+                    copy.take(session, about, digest, parsed)
 
     # -- inside ----------------------------------------------------------------------------------
 

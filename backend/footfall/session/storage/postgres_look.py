@@ -22,7 +22,7 @@ def look(url: str, bound: Binding | None) -> str:
     require_address(url)
     try:
         with closing(BoundedConnection.connect(conninfo(url), autocommit=True)) as database:
-            return _told(database, bound)
+            return _looked(database, bound)
     except psycopg.Error as err:
         reason = str(err).strip().replace("\n", "; ")
         raise Conflict(
@@ -31,7 +31,7 @@ def look(url: str, bound: Binding | None) -> str:
         ) from err
 
 
-def _told(database: psycopg.Connection[Any], bound: Binding | None) -> str:
+def _looked(database: psycopg.Connection[Any], bound: Binding | None) -> str:
     version = database.info.server_version // 10_000
     if version < OLDEST:
         raise Conflict(f"the server is PostgreSQL {version}; FootFall needs {OLDEST} or later")

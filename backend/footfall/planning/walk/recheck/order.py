@@ -24,7 +24,7 @@ def phases(robot: Robot, plan: CheckedMotion) -> Check:
 def _disordered(plan: CheckedMotion) -> str:
     count = len(plan.groups)
 
-    def told(one: tuple[int, str]) -> str:
+    def in_words(one: tuple[int, str]) -> str:
         return f"{one[1]} of {part_name(one[0], count)}"
 
     parts = [(int(move), phase) for move, phase in zip(plan.moves, plan.phases, strict=True)]
@@ -38,11 +38,11 @@ def _disordered(plan: CheckedMotion) -> str:
         while at < len(wanted) and wanted[at] != one and wanted[at][1] == BODY:
             at += 1  # the chassis may stay where it is
         if at == len(wanted) or wanted[at] != one:
-            due = f"{told(wanted[at])} is due" if at < len(wanted) else "the walk is over"
-            return f"{told(one)} where {due}"
+            due = f"{in_words(wanted[at])} is due" if at < len(wanted) else "the walk is over"
+            return f"{in_words(one)} where {due}"
         at += 1
     left = [one for one in wanted[at:] if one[1] != BODY]
-    return f"{told(left[0])} is missing" if left else ""
+    return f"{in_words(left[0])} is missing" if left else ""
 
 
 def _unstill(robot: Robot, motion: Motion) -> str:
@@ -71,13 +71,13 @@ def stances(robot: Robot, plan: CheckedMotion) -> Check:
                 )
             )
             if standing not in group and not (same and one.branches[standing] == other.branches[standing]):
-                moved = _legs_told(group)
+                moved = _legs_in_words(group)
                 where = f"foot move {number + 1} moves {moved}, but that of leg {standing} stands elsewhere after it"
                 return Check("stances", False, float("nan"), "", where)
     return Check("stances", True, float("nan"), "", "each differs from the next by the feet that move")
 
 
-def _legs_told(group: tuple[int, ...]) -> str:
+def _legs_in_words(group: tuple[int, ...]) -> str:
     return f"leg {group[0]}" if len(group) == 1 else f"legs {', '.join(str(leg) for leg in group)}"
 
 
