@@ -20,13 +20,13 @@ from benchmarks.scenes import robot, rocks, standing
 from benchmarks.stances import random_stance
 from benchmarks.timing import SEED, Figure
 from footfall.core.errors import InvalidInput
-from footfall.robot.clearance import MODES, LegClearance, clearance_ground, leg_reach
-from footfall.robot.collision import GROUND_MODES, CollisionScene
 from footfall.robot.description import with_payload
-from footfall.robot.leg_clearance_kernel import LegTables, leg_stays_clear, place_leg
 from footfall.robot.leg_frames import PART_COUNT
-from footfall.robot.leg_span_kernel import UNSURE, WORK, line_bends, span_of_own_parts, span_to_others
+from footfall.robot.meshes.collision import GROUND_MODES, CollisionScene
 from footfall.robot.model import Robot
+from footfall.robot.proof.clearance import MODES, LegClearance, clearance_ground, leg_reach
+from footfall.robot.proof.leg_clearance_kernel import LegTables, leg_stays_clear, place_leg
+from footfall.robot.proof.leg_span_kernel import UNSURE, WORK, line_bends, span_of_own_parts, span_to_others
 from footfall.telemetry.state import RobotState
 from footfall.terrain.dem import Dem
 from footfall.terrain.from_arrays import from_heights

@@ -10,9 +10,9 @@ from numpy.typing import NDArray
 
 from benchmarks.scenes import robot
 from footfall.core.frames import apply, rotation, transform
-from footfall.robot.collision import posture_collisions
 from footfall.robot.ik import contact_point, leg_azimuth, solve_leg, wheel_pose_for_contact
 from footfall.robot.kinematics import wheel_centers, wheel_jacobian, wheel_pose
+from footfall.robot.meshes.collision import posture_collisions
 from footfall.telemetry.state import RobotState
 from footfall.terrain.dem import Dem
 from footfall.terrain.generate import fractal

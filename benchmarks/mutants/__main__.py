@@ -55,7 +55,7 @@ CASES = (
     ),
     Case("planning/step/verify.py", ("tests/planning/test_step_verify.py",)),
     Case("sequence/rules.py", ("tests/sequence/test_row_rules.py",)),
-    Case("robot/clearance.py", ("tests/robot/test_clearance_tables.py",)),
+    Case("robot/proof/clearance.py", ("tests/robot/test_clearance_tables.py",)),
 )
 
 _court: Court | None = None

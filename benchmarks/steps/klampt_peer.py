@@ -24,8 +24,8 @@ from footfall.core.mesh import Mesh
 from footfall.planning.step.problem import StepSettings
 from footfall.robot.description import PARTS, link_name
 from footfall.robot.kinematics import leg_link_poses
+from footfall.robot.meshes.shapes import box, merged
 from footfall.robot.model import Robot
-from footfall.robot.shapes import box, merged
 from footfall.telemetry.state import RobotState
 
 _DEFAULTS = {"perturbationRadius": 0.1, "randomizeFrequency": 50, "shortcut": 0}

@@ -13,9 +13,9 @@ from footfall.core.frames import apply, rotation, transform
 from footfall.planning.answers import No
 from footfall.planning.scene.ground import footfall_contact
 from footfall.planning.step.target import candidates
-from footfall.robot.collision import CollisionScene
 from footfall.robot.description import with_payload
 from footfall.robot.ik import contact_point
+from footfall.robot.meshes.collision import CollisionScene
 from footfall.robot.model import Robot
 from footfall.telemetry.state import RobotState
 from footfall.terrain.dem import Dem

@@ -1,7 +1,7 @@
 """Plans over seeded random problems, rechecked with plain meshes: ``python -m benchmarks.steps.recheck --plans 1000``.
 
 The certificate of clearances has no part in it: every posture of a path, no joint changing by more than 0.002 rad from
-one to the next, is asked of coal's meshes (robot/collision.py). Scenes are those of the set's families, of further
+one to the next, is asked of coal's meshes (meshes/collision.py). Scenes are those of the set's families, of further
 seeds; in each, one leg steps onto several random targets. Every scene draws from a generator of its own, so a long run
 may be stopped and gone on with: ``--state FILE`` keeps what each scene gave, one line a scene.
 """
@@ -26,7 +26,7 @@ from footfall.core.errors import InvalidInput
 from footfall.planning.joint_path import samples
 from footfall.planning.step.problem import StepPlan
 from footfall.planning.step.situation import RAISED, TRUE
-from footfall.robot.collision import CollisionScene
+from footfall.robot.meshes.collision import CollisionScene
 
 STEP = 0.002
 """Largest change of a joint between rechecked postures [rad]."""

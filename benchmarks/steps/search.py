@@ -24,7 +24,7 @@ from footfall.planning.step.search.fast import escaped, searched
 from footfall.planning.step.situation import NO_GROUND, RAISED, TRUE, Situation
 from footfall.planning.step.target import candidates
 from footfall.planning.step.verify import recheck
-from footfall.robot.collision import CollisionScene
+from footfall.robot.meshes.collision import CollisionScene
 
 WAYS: tuple[tuple[Callable[..., Array | None], float], ...] = (
     (with_ompl.rrtconnect, 0.6),

@@ -17,8 +17,8 @@ from benchmarks.steps.problem import Scene, StepProblem
 from benchmarks.steps.search import Posed
 from footfall.planning.scene.ground import Contact, footfall_contact
 from footfall.planning.step.situation import NO_GROUND
-from footfall.robot.collision import CollisionScene
 from footfall.robot.description import PARTS, link_name
+from footfall.robot.meshes.collision import CollisionScene
 
 _LOOKS = 0.02
 """Between two angles of the first joint that are looked at [rad]: one that is blocked is enough."""

@@ -15,8 +15,8 @@ from scipy.sparse.csgraph import connected_components
 
 from footfall.core.arrays import Array
 from footfall.core.mesh import Mesh
-from footfall.robot.display import DARK, FOIL, MARK, METAL, PAINT, RUBBER, Part
-from footfall.robot.shapes import merged
+from footfall.robot.meshes.display import DARK, FOIL, MARK, METAL, PAINT, RUBBER, Part
+from footfall.robot.meshes.shapes import merged
 from footfall_ui.scene.glb import SHORT, Glb
 
 Color = tuple[int, int, int]

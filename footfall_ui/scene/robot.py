@@ -7,8 +7,8 @@ import viser
 from numpy.typing import NDArray
 
 from footfall.core.frames import quat_wxyz
-from footfall.robot.display import Part, display_parts
 from footfall.robot.kinematics import link_poses
+from footfall.robot.meshes.display import Part, display_parts
 from footfall.robot.model import Robot
 from footfall_ui.scene.drawn import Drawn
 from footfall_ui.scene.near import HERE

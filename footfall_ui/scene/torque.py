@@ -10,8 +10,8 @@ from footfall.core.frames import apply
 from footfall.core.mesh import Mesh
 from footfall.robot.description import JOINTS, link_name
 from footfall.robot.kinematics import link_poses
+from footfall.robot.meshes.rounded import turned
 from footfall.robot.model import Robot
-from footfall.robot.rounded import turned
 from footfall.telemetry.state import RobotState
 from footfall_ui.scene.drawn import Drawn
 from footfall_ui.scene.near import HERE

@@ -8,10 +8,10 @@ import viser
 
 import footfall
 from footfall.core.frames import quat_wxyz
-from footfall.robot.display import DARK, FOIL, METAL, PAINT, display_parts
 from footfall.robot.kinematics import link_poses
-from footfall.robot.rounded import drum
-from footfall.robot.shapes import box
+from footfall.robot.meshes.display import DARK, FOIL, METAL, PAINT, display_parts
+from footfall.robot.meshes.rounded import drum
+from footfall.robot.meshes.shapes import box
 from footfall_ui.scene.painted import PAINTS, creased, normals_of, painted_glb
 from footfall_ui.scene.robot import CHOSEN, COLLIDING, GHOST, RobotDrawing, leg_links
 from footfall_ui.scene.torque import LEVELS, TorqueDrawing, ball

@@ -17,9 +17,9 @@ from footfall.core.errors import InvalidInput
 from footfall.core.frames import rotation, rotation_rpy, transform
 from footfall.robot.description import with_payload
 from footfall.robot.ik import contact_point
-from footfall.robot.leg_clearance_kernel import place_leg
 from footfall.robot.leg_frames import PART_COUNT, leg_lengths
 from footfall.robot.model import Robot
+from footfall.robot.proof.leg_clearance_kernel import place_leg
 from tests.support.kept_arrays import read_only
 
 GRAVITY = 9.81

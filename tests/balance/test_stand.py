@@ -9,9 +9,9 @@ from footfall.core.grid import GridGeometry
 from footfall.core.value import Provenance
 from footfall.planning.body.stand import stand
 from footfall.planning.scene.under_links import ground_near_links
-from footfall.robot.collision import posture_collisions
 from footfall.robot.ik import contact_point
 from footfall.robot.kinematics import wheel_centers, wheel_pose
+from footfall.robot.meshes.collision import posture_collisions
 from footfall.terrain.dem import Dem
 from footfall.terrain.ground.surface import height_at, normal_at
 from footfall.terrain.ground.triangulate import triangulate

@@ -9,7 +9,7 @@ import viser
 from playwright.sync_api import Browser, Page
 
 from benchmarks.scene_frames import COUNTING
-from footfall.robot.display import display_parts
+from footfall.robot.meshes.display import display_parts
 from footfall_ui.scene.painted import drawn_mesh
 from footfall_ui.scene.robot import LEVELS, RobotDrawing
 from tests.support.waiting import BOUND_MS, until

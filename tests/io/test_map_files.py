@@ -16,7 +16,7 @@ from footfall.io.terrain_files import read_terrain, write_terrain
 from footfall.maps.colors import BARE_RGB, UNKNOWN_RGB, layer_rgb
 from footfall.maps.layers import LAYERS, MapStack
 from footfall.maps.reach_classes import BEYOND, HINDERED_BY, UNSEEN
-from footfall.robot.obstacles import TERRAIN as GROUND
+from footfall.robot.proof.obstacles import TERRAIN as GROUND
 from footfall.terrain.from_arrays import from_heights
 
 GRID = GridGeometry(-1.25, 3.5, 0.25, 5, 7)

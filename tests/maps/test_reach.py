@@ -30,12 +30,12 @@ from footfall.maps.reach_classes import (
 from footfall.planning.body.stand import stand
 from footfall.planning.scene.ground import Contact, footfall_contact
 from footfall.planning.step.target import HEADINGS, candidates
-from footfall.robot.collision import CollisionScene
 from footfall.robot.description import PARTS, link_name
 from footfall.robot.ik import leg_azimuth, solve_leg, wheel_pose_for_contact
 from footfall.robot.kinematics import leg_wheel_pose
-from footfall.robot.obstacles import CHASSIS, SELF, TERRAIN
-from footfall.robot.obstacles import LEG as LEG_CODE
+from footfall.robot.meshes.collision import CollisionScene
+from footfall.robot.proof.obstacles import CHASSIS, SELF, TERRAIN
+from footfall.robot.proof.obstacles import LEG as LEG_CODE
 from footfall.terrain.dem import Dem
 from footfall.terrain.generate import rock_field
 from footfall.terrain.ground.triangulate import triangulate

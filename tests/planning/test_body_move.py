@@ -14,8 +14,8 @@ from footfall.planning.body.body_move import plan_body_move
 from footfall.planning.body.body_shift import BodyShift, PredictedState
 from footfall.planning.body.move import BodyMoveSettings
 from footfall.planning.body.shift import shifted_state
-from footfall.robot.collision import posture_collisions
 from footfall.robot.kinematics import center_of_mass, link_poses
+from footfall.robot.meshes.collision import posture_collisions
 from footfall.telemetry.state import RobotState
 from footfall.terrain.ground.triangulate import crop, triangulate
 from tests.support.chassis_ground import lifted, wavy

@@ -23,9 +23,9 @@ from footfall.planning.execution.pace import GENTLE, SWAY
 from footfall.planning.execution.plan import plan_execution, rim_clearance
 from footfall.planning.execution.problem import PHASES
 from footfall.planning.step.problem import StepSettings
-from footfall.robot.collision import posture_collisions
 from footfall.robot.ik import contact_point
 from footfall.robot.kinematics import center_of_mass, wheel_centers
+from footfall.robot.meshes.collision import posture_collisions
 from footfall.sequence.of_execution import sequence_of_execution
 from footfall.sim.rover import SimulatedRover
 from footfall.terrain.from_arrays import from_heights

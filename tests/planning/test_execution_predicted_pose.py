@@ -12,8 +12,8 @@ from footfall.planning.compliance.compliant_rover import CompliantRover
 from footfall.planning.execution.execution_settings import MODES, ExecutionSettings
 from footfall.planning.execution.plan import plan_execution
 from footfall.planning.step.problem import StepSettings
-from footfall.robot.collision import CollisionScene, posture_collisions
 from footfall.robot.ik import contact_point
+from footfall.robot.meshes.collision import CollisionScene, posture_collisions
 from footfall.sequence.of_execution import sequence_of_execution
 from footfall.terrain.ground.triangulate import triangulate
 from tests.support.chassis_ground import wavy

@@ -17,8 +17,8 @@ from benchmarks.steps.search import pose, situation_of
 from footfall.core.errors import InvalidInput
 from footfall.planning.answers import Status
 from footfall.planning.joint_path import samples
-from footfall.robot.collision import CollisionScene
 from footfall.robot.kinematics import leg_link_poses
+from footfall.robot.meshes.collision import CollisionScene
 
 ROWS = known()
 

@@ -12,8 +12,8 @@ from footfall.planning.scene.least import least
 from footfall.planning.scene.nearest_kernel import ground_bounds, near_triangles, own_bounds
 from footfall.planning.scene.solids import distance
 from footfall.planning.scene.whole_body import WholeBody
-from footfall.robot.bvh import bvh
 from footfall.robot.description import PARTS, link_name, with_payload
+from footfall.robot.meshes.bvh import bvh
 from footfall.robot.model import Robot
 from footfall.terrain.generate import fractal
 from footfall.terrain.ground.triangulate import triangulate

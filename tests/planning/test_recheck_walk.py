@@ -25,11 +25,11 @@ from footfall.planning.walk.recheck.holding import friction_margin, pyramids
 from footfall.planning.walk.recheck.recheck_settings import RecheckSettings
 from footfall.planning.walk.recheck.stretches import MotionStretch, stretches
 from footfall.planning.walk.recheck.walk import recheck_walk
-from footfall.robot import shapes
-from footfall.robot.collision import TERRAIN, posture_collisions
 from footfall.robot.description import with_payload
 from footfall.robot.ik import contact_point, solve_leg
 from footfall.robot.kinematics import center_of_mass, link_poses, wheel_pose
+from footfall.robot.meshes import shapes
+from footfall.robot.meshes.collision import TERRAIN, posture_collisions
 from footfall.robot.model import Robot
 from footfall.terrain.ground.triangulate import triangulate
 from footfall.terrain.rocks import add_rocks
@@ -466,8 +466,8 @@ def test_nothing_of_the_planner_judges_its_walks():
         "footfall.planning.answers",
         "footfall.planning.motion",
         "footfall.planning.walk.problem",
-        "footfall.robot",
-        "footfall.robot.bvh",
+        "footfall.robot.meshes",
+        "footfall.robot.meshes.bvh",
         "footfall.robot.description",
         "footfall.robot.leg_branches",
         "footfall.robot.model",

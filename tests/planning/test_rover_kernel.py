@@ -24,8 +24,8 @@ from footfall.planning.scene.rover_kernel import (
 from footfall.planning.scene.rover_tables import named, rover_tables
 from footfall.planning.scene.whole_body import WholeBody
 from footfall.robot import kinematics
-from footfall.robot.collision import posture_collisions
 from footfall.robot.description import PARTS, link_name, with_payload
+from footfall.robot.meshes.collision import posture_collisions
 from footfall.robot.model import Robot
 from footfall.terrain.generate import fractal
 from tests.support.chassis_ground import wavy

@@ -7,9 +7,9 @@ from benchmarks.walks.terrains import start_of, terrain
 from footfall.core.errors import InvalidInput
 from footfall.planning.walk.stance_search import LEANS, TURNED, WITHIN
 from footfall.planning.walk.stand_to_walk import stand
-from footfall.robot.collision import posture_collisions
 from footfall.robot.ik import contact_point
 from footfall.robot.kinematics import wheel_pose
+from footfall.robot.meshes.collision import posture_collisions
 from footfall.terrain.ground.surface import height_at
 from footfall.terrain.ground.triangulate import triangulate
 

@@ -23,9 +23,9 @@ from footfall.planning.step.footing import LegStance, ground_near
 from footfall.planning.step.plan import plan_step
 from footfall.planning.step.problem import PlanResult, StepPlan, StepSettings
 from footfall.planning.step.situation import Situation
-from footfall.robot.collision import CollisionScene
 from footfall.robot.ik import contact_point
 from footfall.robot.kinematics import wheel_pose
+from footfall.robot.meshes.collision import CollisionScene
 from tests.support.chassis_ground import wavy, with_posture
 
 TARGET = (1.95, 0.55)

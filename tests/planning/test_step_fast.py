@@ -50,13 +50,13 @@ from footfall.planning.step.search.sbl_kernel import (
 from footfall.planning.step.search.shortcut_kernel import shortened
 from footfall.planning.step.situation import NO_GROUND, RAISED, TRUE, Situation
 from footfall.planning.step.verify import SAMPLING, recheck
-from footfall.robot.bvh import bvh
-from footfall.robot.clearance import MODES
-from footfall.robot.collision import CollisionScene
 from footfall.robot.description import PARTS, with_payload
 from footfall.robot.kinematics import link_poses
-from footfall.robot.leg_clearance_kernel import place_leg
+from footfall.robot.meshes.bvh import bvh
+from footfall.robot.meshes.collision import CollisionScene
 from footfall.robot.model import Robot
+from footfall.robot.proof.clearance import MODES
+from footfall.robot.proof.leg_clearance_kernel import place_leg
 from footfall.telemetry.state import RobotState
 from footfall.terrain.dem import Dem
 from footfall.terrain.from_arrays import from_heights

@@ -19,7 +19,7 @@ from footfall.planning.step.rise import rises
 from footfall.planning.step.situation import TRUE, Situation
 from footfall.planning.step.target import candidates
 from footfall.planning.watch import Watch
-from footfall.robot.collision import CollisionScene
+from footfall.robot.meshes.collision import CollisionScene
 from tests.support.chassis_ground import wavy
 
 ROCKS = [(2.15, 0.33, 0.12, 0.4), (1.5, 1.1, 0.5, 0.3)]

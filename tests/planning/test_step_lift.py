@@ -17,9 +17,9 @@ from footfall.planning.step.problem import StepSettings
 from footfall.planning.step.rise import space_of
 from footfall.planning.step.situation import TRUE, Situation
 from footfall.planning.watch import Watch
-from footfall.robot.collision import CollisionScene
 from footfall.robot.ik import solve_leg, wheel_pose_for_contact
 from footfall.robot.kinematics import leg_wheel_pose
+from footfall.robot.meshes.collision import CollisionScene
 from footfall.terrain.generate import plane
 
 

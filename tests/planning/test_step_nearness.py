@@ -10,11 +10,11 @@ from footfall.planning.scene.ground import Nearby
 from footfall.planning.scene.leg_over_ground import LegOverGround
 from footfall.planning.scene.solids import FAR, LegAlongPath, leg_poses
 from footfall.planning.step.footing import LegStance, ground_near
-from footfall.robot.bvh import bvh
 from footfall.robot.description import PARTS, with_payload
 from footfall.robot.kinematics import link_poses
+from footfall.robot.meshes.bvh import bvh
+from footfall.robot.meshes.shapes import box
 from footfall.robot.model import Robot
-from footfall.robot.shapes import box
 from footfall.terrain.from_arrays import from_heights
 
 

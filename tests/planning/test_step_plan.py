@@ -22,11 +22,11 @@ from footfall.planning.step.situation import Situation
 from footfall.planning.step.start import start_objection
 from footfall.planning.step.target import candidates
 from footfall.planning.step.verify import recheck
-from footfall.robot.collision import CollisionScene, posture_collisions
-from footfall.robot.depth import overlap
 from footfall.robot.description import PARTS, link_name
 from footfall.robot.ik import contact_point, solve_leg
 from footfall.robot.kinematics import link_poses, wheel_pose
+from footfall.robot.meshes.collision import CollisionScene, posture_collisions
+from footfall.robot.meshes.depth import overlap
 from footfall.terrain.from_arrays import from_heights
 from footfall.terrain.ground.surface import height_at
 from footfall.terrain.ground.triangulate import crop

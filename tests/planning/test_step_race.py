@@ -24,7 +24,7 @@ from footfall.planning.step.planners import REGISTRY, PlannerAnswer
 from footfall.planning.step.problem import StepSettings
 from footfall.planning.step.turns import AUTO, FIRST_LOOKS, GROWTH, RACE, Turns
 from footfall.planning.watch import OutOfTime, OutOfTurn, Watch
-from footfall.robot.collision import CollisionScene
+from footfall.robot.meshes.collision import CollisionScene
 from tests.support.chassis_ground import wavy
 
 OPEN_TARGET, ROCK_TARGET = (2.05, 0.45), (1.95, 0.55)

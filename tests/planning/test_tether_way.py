@@ -11,9 +11,9 @@ from footfall.planning.scene.tether_kernel import DECK, GROUND, REEL, segments_a
 from footfall.planning.scene.tether_tables import beside_tether, tether_tables
 from footfall.planning.walk.recheck.apart import MovingBody
 from footfall.planning.walk.recheck.tethering import apart_from, line_between
-from footfall.robot.bvh import robot_meshes
 from footfall.robot.description import PARTS, link_name
 from footfall.robot.kinematics import link_poses
+from footfall.robot.meshes.bvh import robot_meshes
 from footfall.terrain.ground.triangulate import triangulate
 from footfall.terrain.rocks import add_rocks
 from tests.support.chassis_ground import wavy

@@ -16,8 +16,8 @@ from footfall.core.frames import apply
 from footfall.planning.answers import Status
 from footfall.planning.step.problem import StepSettings
 from footfall.planning.step.shut_in import shut_in as barred
-from footfall.robot.collision import CollisionScene
 from footfall.robot.kinematics import leg_wheel_pose
+from footfall.robot.meshes.collision import CollisionScene
 
 PLATE = "past a hanging plate"
 

@@ -6,7 +6,7 @@ import pytest
 import footfall
 from footfall.planning.scene.ground import Nearby, nearby
 from footfall.planning.scene.whole_body import GROUND_FAR, WholeBody
-from footfall.robot.collision import posture_collisions
+from footfall.robot.meshes.collision import posture_collisions
 from tests.support.chassis_ground import wavy
 
 

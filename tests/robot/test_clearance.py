@@ -6,11 +6,11 @@ import pytest
 from footfall.core.errors import InvalidInput
 from footfall.core.frames import rotation_rpy, transform
 from footfall.robot import kinematics
-from footfall.robot.clearance import MODES, LegClearance, clearance_ground, leg_reach
-from footfall.robot.collision import GROUND_MODES, CollisionScene
 from footfall.robot.description import with_payload
-from footfall.robot.leg_clearance_kernel import RAISED_GROUND, leg_is_clear
+from footfall.robot.meshes.collision import GROUND_MODES, CollisionScene
 from footfall.robot.model import Robot
+from footfall.robot.proof.clearance import MODES, LegClearance, clearance_ground, leg_reach
+from footfall.robot.proof.leg_clearance_kernel import RAISED_GROUND, leg_is_clear
 from footfall.terrain.from_arrays import from_heights
 from footfall.terrain.generate import fractal, plane, slope
 from footfall.terrain.ground.triangulate import triangulate

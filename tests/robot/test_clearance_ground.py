@@ -5,8 +5,8 @@ import pytest
 
 from footfall.core.errors import InvalidInput
 from footfall.core.grid import GridGeometry
-from footfall.robot.ground import surface_points
-from footfall.robot.ground_tables import PER_METRE, ground_tables, needed_height
+from footfall.robot.meshes.ground import surface_points
+from footfall.robot.proof.ground_tables import PER_METRE, ground_tables, needed_height
 from footfall.terrain.from_arrays import from_heights
 from footfall.terrain.ground.surface import height_at
 from footfall.terrain.ground.triangulate import triangulate

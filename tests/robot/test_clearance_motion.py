@@ -8,14 +8,14 @@ import pytest
 from benchmarks.clearance import clear_span
 from footfall.core.frames import apply
 from footfall.planning.scene.solids import part_poses
-from footfall.robot.bvh import robot_meshes
-from footfall.robot.clearance import MODES, LegClearance, clearance_ground
-from footfall.robot.collision import CollisionScene
 from footfall.robot.description import PARTS, with_payload
-from footfall.robot.leg_clearance_kernel import _motion, leg_is_clear, leg_stays_clear, path_is_clear, place_leg
-from footfall.robot.leg_span_kernel import UNSURE, _speed, _twists, line_bends
+from footfall.robot.meshes.bvh import robot_meshes
+from footfall.robot.meshes.collision import CollisionScene
 from footfall.robot.model import Robot
-from footfall.robot.shells import CENTER
+from footfall.robot.proof.clearance import MODES, LegClearance, clearance_ground
+from footfall.robot.proof.leg_clearance_kernel import _motion, leg_is_clear, leg_stays_clear, path_is_clear, place_leg
+from footfall.robot.proof.leg_span_kernel import UNSURE, _speed, _twists, line_bends
+from footfall.robot.proof.shells import CENTER
 from footfall.terrain.generate import fractal
 from footfall.terrain.ground.triangulate import triangulate
 

@@ -7,10 +7,10 @@ from scipy.spatial.transform import Rotation
 
 from footfall.core.errors import InvalidRobot
 from footfall.core.mesh import Mesh
-from footfall.robot import shapes
-from footfall.robot.bvh import bvh
-from footfall.robot.separation import SCRATCH, apart, least_apart, support
-from footfall.robot.shells import CENTER, DISC, EXTENT, FIRST, LAST, REACH, point_shells, shells
+from footfall.robot.meshes import shapes
+from footfall.robot.meshes.bvh import bvh
+from footfall.robot.proof.separation import SCRATCH, apart, least_apart, support
+from footfall.robot.proof.shells import CENTER, DISC, EXTENT, FIRST, LAST, REACH, point_shells, shells
 
 MESHES = [
     shapes.box((0.5, 0.3, 0.15), (0.2, 0.0, 0.0)),

@@ -8,9 +8,12 @@ import pytest
 
 from footfall.core.errors import InvalidInput
 from footfall.core.frames import rotation_rpy, transform
-from footfall.robot import clearance as tested
-from footfall.robot.bvh import PAYLOAD, TOUCHING_WHEEL, robot_meshes
-from footfall.robot.clearance import (
+from footfall.robot.description import PARTS, link_name, with_payload
+from footfall.robot.kinematics import leg_link_poses, link_poses
+from footfall.robot.meshes.bvh import PAYLOAD, TOUCHING_WHEEL, robot_meshes
+from footfall.robot.model import Robot
+from footfall.robot.proof import clearance as tested
+from footfall.robot.proof.clearance import (
     MODES,
     SLACK,
     LegClearance,
@@ -21,12 +24,9 @@ from footfall.robot.clearance import (
     radius_classes,
     wheel_drums,
 )
-from footfall.robot.description import PARTS, link_name, with_payload
-from footfall.robot.drum_kernel import HALF, MOST, RADIUS, REQUIRED
-from footfall.robot.kinematics import leg_link_poses, link_poses
-from footfall.robot.leg_clearance_kernel import NO_GROUND, RAISED_GROUND, TRUE_GROUND
-from footfall.robot.model import Robot
-from footfall.robot.shells import CENTER, FIRST, LAST, REACH
+from footfall.robot.proof.drum_kernel import HALF, MOST, RADIUS, REQUIRED
+from footfall.robot.proof.leg_clearance_kernel import NO_GROUND, RAISED_GROUND, TRUE_GROUND
+from footfall.robot.proof.shells import CENTER, FIRST, LAST, REACH
 from footfall.terrain.generate import plane
 
 EXTRA = 0.03

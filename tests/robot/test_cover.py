@@ -5,10 +5,10 @@ import pytest
 from scipy.spatial.transform import Rotation
 
 from footfall.core.mesh import Mesh
-from footfall.robot import shapes
-from footfall.robot.bvh import TOUCHING_WHEEL, robot_meshes
-from footfall.robot.cover import ball_tree, cut
 from footfall.robot.description import PARTS
+from footfall.robot.meshes import shapes
+from footfall.robot.meshes.bvh import TOUCHING_WHEEL, robot_meshes
+from footfall.robot.proof.cover import ball_tree, cut
 
 
 def surface_samples(mesh, count, rng):

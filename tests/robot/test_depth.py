@@ -5,10 +5,10 @@ import pytest
 from scipy.spatial import ConvexHull
 
 from footfall.core.frames import apply
-from footfall.robot.collision import CollisionScene
-from footfall.robot.depth import overlap
 from footfall.robot.description import PARTS, link_name
 from footfall.robot.kinematics import link_poses
+from footfall.robot.meshes.collision import CollisionScene
+from footfall.robot.meshes.depth import overlap
 
 LINKS = ("wheel", "knee_roll", "ankle_pitch", "hip_pitch")
 

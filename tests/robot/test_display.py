@@ -7,7 +7,7 @@ from scipy.spatial import ConvexHull, KDTree
 
 from footfall.core.mesh import Mesh
 from footfall.robot.description import PARTS, link_name
-from footfall.robot.display import FARTHEST, LUGS, MARK, RUBBER, Part, display_parts
+from footfall.robot.meshes.display import FARTHEST, LUGS, MARK, RUBBER, Part, display_parts
 
 SPACING = 0.01
 """Of the points on a shape that are looked at, and by how much a nearest point may be missed [m]."""

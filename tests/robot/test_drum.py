@@ -7,12 +7,12 @@ import footfall
 from benchmarks.clearance import clear_span
 from footfall.core.frames import rotation_rpy, transform
 from footfall.planning.step.situation import RAISED as RAISED_MODE
-from footfall.robot.clearance import MODES, LegClearance, clearance_ground, leg_reach
-from footfall.robot.collision import CollisionScene
-from footfall.robot.drum_kernel import CENTER, HALF, MOST, NONE, RADIUS, REQUIRED, drum_above
-from footfall.robot.ground import surface_points
-from footfall.robot.leg_clearance_kernel import leg_stays_clear
-from footfall.robot.leg_span_kernel import UNSURE
+from footfall.robot.meshes.collision import CollisionScene
+from footfall.robot.meshes.ground import surface_points
+from footfall.robot.proof.clearance import MODES, LegClearance, clearance_ground, leg_reach
+from footfall.robot.proof.drum_kernel import CENTER, HALF, MOST, NONE, RADIUS, REQUIRED, drum_above
+from footfall.robot.proof.leg_clearance_kernel import leg_stays_clear
+from footfall.robot.proof.leg_span_kernel import UNSURE
 from footfall.terrain.from_arrays import from_heights
 from footfall.terrain.generate import fractal, plane
 from footfall.terrain.ground.triangulate import triangulate

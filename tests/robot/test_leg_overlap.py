@@ -8,12 +8,12 @@ from footfall.core.errors import InvalidInput
 from footfall.core.frames import rotation_rpy, transform
 from footfall.core.grid import GridGeometry
 from footfall.core.value import Provenance
-from footfall.robot.collision import GROUND_MODES, CollisionScene
 from footfall.robot.description import PARTS, with_payload
-from footfall.robot.first_contact import NamingScene
-from footfall.robot.leg_overlap import LegOverlap
+from footfall.robot.meshes.collision import GROUND_MODES, CollisionScene
+from footfall.robot.meshes.first_contact import NamingScene
 from footfall.robot.model import Robot
-from footfall.robot.obstacles import CHASSIS, LEG, NOTHING, PAYLOAD, SELF, TERRAIN
+from footfall.robot.proof.leg_overlap import LegOverlap
+from footfall.robot.proof.obstacles import CHASSIS, LEG, NOTHING, PAYLOAD, SELF, TERRAIN
 from footfall.terrain.dem import Dem
 from footfall.terrain.ground.triangulate import triangulate
 

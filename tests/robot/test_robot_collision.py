@@ -11,10 +11,11 @@ from scipy.optimize import nnls
 from footfall.core.errors import InvalidInput
 from footfall.core.frames import apply, rotation_rpy, transform
 from footfall.core.mesh import Mesh
-from footfall.robot import ik, kinematics, shapes
-from footfall.robot.collision import CollisionScene, posture_collisions
+from footfall.robot import ik, kinematics
 from footfall.robot.description import PARTS, link_name, with_payload
-from footfall.robot.ground import GroundHeights, crop
+from footfall.robot.meshes import shapes
+from footfall.robot.meshes.collision import CollisionScene, posture_collisions
+from footfall.robot.meshes.ground import GroundHeights, crop
 from footfall.robot.model import Robot
 
 

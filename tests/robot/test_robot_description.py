@@ -15,7 +15,7 @@ from footfall.resources import robot_assets_folder
 from footfall.robot import ik, kinematics
 from footfall.robot.assets.generate import generated_files
 from footfall.robot.build import describe
-from footfall.robot.collision import posture_collisions
+from footfall.robot.meshes.collision import posture_collisions
 from footfall.robot.model import Robot
 
 ATHLETE = robot_assets_folder() / "athlete" / "athlete.toml"

@@ -1,7 +1,7 @@
 import numpy as np
 from trimesh.triangles import closest_point
 
-from footfall.robot.shapes import box
+from footfall.robot.meshes.shapes import box
 from footfall.terrain.rover_mask.nearest import nearest_triangles
 
 

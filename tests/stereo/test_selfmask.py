@@ -6,8 +6,8 @@ from hypothesis import strategies as st
 from footfall.core import frames
 from footfall.core.mesh import Mesh
 from footfall.robot.description import with_payload
+from footfall.robot.meshes.shapes import box
 from footfall.robot.model import Robot
-from footfall.robot.shapes import box
 from footfall.sim.raycast import RayScene
 from footfall.telemetry.images import Camera
 from footfall.telemetry.state import RobotState

@@ -6,7 +6,7 @@ import pytest
 from footfall.core import frames
 from footfall.core.mesh import Mesh
 from footfall.robot.kinematics import wheel_jacobian
-from footfall.robot.shapes import box
+from footfall.robot.meshes.shapes import box
 from footfall.sim.raycast import RayScene
 from footfall.telemetry.images import Camera
 from footfall.telemetry.state import RobotState

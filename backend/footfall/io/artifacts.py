@@ -133,7 +133,7 @@ HOMES: dict[str, tuple[str, ...]] = {
         "StepPlan",
         "StepSettings",
     ),
-    "footfall.robot.collision": ("Collision",),
+    "footfall.robot.meshes.collision": ("Collision",),
     "footfall.robot.description": (
         "CameraPairSpec",
         "Clearances",

@@ -17,17 +17,17 @@ from footfall.core.errors import InvalidInput
 from footfall.core.progress import Progress, no_progress
 from footfall.maps.layers import RAISE_TERRAIN
 from footfall.maps.reach_classes import FOOT_COLLISION, FREE, NO_LIFT, UNSURE, WAYPOINT_COLLISION
-from footfall.robot.bvh import PAYLOAD, robot_meshes
-from footfall.robot.clearance import LegClearance, clearance_ground, leg_reach
-from footfall.robot.collision import TERRAIN
 from footfall.robot.description import PARTS
-from footfall.robot.first_contact import NamingScene
 from footfall.robot.leg_branches import bend_of
-from footfall.robot.leg_overlap import LegOverlap
+from footfall.robot.meshes.bvh import PAYLOAD, robot_meshes
+from footfall.robot.meshes.collision import TERRAIN
+from footfall.robot.meshes.first_contact import NamingScene
 from footfall.robot.model import Robot
-from footfall.robot.obstacles import CHASSIS, LEG, NOTHING, SELF
-from footfall.robot.obstacles import PAYLOAD as PAYLOAD_CODE
-from footfall.robot.obstacles import TERRAIN as TERRAIN_CODE
+from footfall.robot.proof.clearance import LegClearance, clearance_ground, leg_reach
+from footfall.robot.proof.leg_overlap import LegOverlap
+from footfall.robot.proof.obstacles import CHASSIS, LEG, NOTHING, SELF
+from footfall.robot.proof.obstacles import PAYLOAD as PAYLOAD_CODE
+from footfall.robot.proof.obstacles import TERRAIN as TERRAIN_CODE
 from footfall.telemetry.state import RobotState
 from footfall.terrain.dem import Dem
 from footfall.terrain.ground.triangulate import crop
@@ -49,7 +49,7 @@ class Verdict:
     """For n cells. reason: FREE, UNSURE, FOOT_COLLISION, NO_LIFT or WAYPOINT_COLLISION.
 
     chosen: index of the candidate that the reason speaks of. link: index into PARTS of what hits, blame: what is hit
-    (robot.obstacles), both only in collisions. checks: mesh checks made.
+    (robot.proof.obstacles), both only in collisions. checks: mesh checks made.
     turnable: (candidates,) those that another heading of the wheel may help: only links that turn with it collide, or
     there is no posture above.
     """
@@ -110,7 +110,7 @@ class LegCollisions:
         return self._meshes()
 
     def with_certificate(self) -> "LegCollisions":
-        """The same checks, with the certificate of robot.clearance before all others."""
+        """The same checks, with the certificate of robot.proof.clearance before all others."""
         sure = copy(self)
         sure._certified = self._certificate().certified
         return sure

@@ -43,7 +43,7 @@ class Reach:
 
     rows, cols: (n,) indices into the grid; contacts, normals: (n, 3) in site.
     reason: (n,) class, see :mod:`footfall.maps.reach_classes`. blame: (n,) the joint 0…5 of JOINT_LIMIT, what is hit in
-    a collision (robot.obstacles); link: (n,) index into PARTS of what hits.
+    a collision (robot.proof.obstacles); link: (n,) index into PARTS of what hits.
     solutions: (n,) inverse-kinematics solutions inside the joint limits with some heading, 0…8.
     postures: (n, 6) [rad] the free one, if one is known, else the one that gets farthest; NaN where there is none.
     above: (n, 6) [rad] the same wheel raised by ``lift`` [m], NaN where the limits forbid it.

@@ -6,7 +6,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from footfall.robot.description import JOINTS, PARTS
-from footfall.robot.obstacles import CHASSIS, LEG, PAYLOAD, SELF, TERRAIN
+from footfall.robot.proof.obstacles import CHASSIS, LEG, PAYLOAD, SELF, TERRAIN
 
 (
     UNKNOWN,

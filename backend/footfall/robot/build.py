@@ -10,7 +10,6 @@ from numpy.typing import NDArray
 from footfall.core.errors import InvalidRobot
 from footfall.core.frames import rotation, transform
 from footfall.core.mesh import Mesh
-from footfall.robot import shapes
 from footfall.robot.description import (
     JOINTS,
     PARTS,
@@ -23,6 +22,7 @@ from footfall.robot.description import (
     joint_name,
     link_name,
 )
+from footfall.robot.meshes import shapes
 from footfall.robot.table import Table
 from footfall.robot.urdf import urdf_text
 from footfall.telemetry.images import Camera

@@ -8,7 +8,7 @@ from numpy.typing import ArrayLike, NDArray
 
 from footfall.core.mesh import Mesh
 from footfall.robot.description import JOINTS, joint_name, link_name
-from footfall.robot.shapes import extents
+from footfall.robot.meshes.shapes import extents
 from footfall.robot.table import Table
 
 _AXES = {"x": "1 0 0", "y": "0 1 0", "z": "0 0 1"}

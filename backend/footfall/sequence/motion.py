@@ -19,8 +19,8 @@ from footfall.planning.answers import No
 from footfall.planning.scene.collision_depth import in_words, worst
 from footfall.planning.scene.ground import Nearby, nearby, touch_radius
 from footfall.planning.scene.whole_body import WholeBody
-from footfall.robot.collision import CollisionScene
 from footfall.robot.kinematics import leg_wheel_pose
+from footfall.robot.meshes.collision import CollisionScene
 from footfall.robot.model import Robot
 from footfall.sequence.commands import Command, RuleResult
 from footfall.sequence.passage import CLEAR, Passage, passages, standing_legs

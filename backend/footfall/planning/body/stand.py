@@ -11,10 +11,10 @@ from footfall.core.beside import beside
 from footfall.core.errors import InvalidInput
 from footfall.core.frames import apply, rotation, transform
 from footfall.planning.scene.under_links import ground_near_links
-from footfall.robot.collision import TERRAIN, Collision, posture_collisions
 from footfall.robot.description import link_name
 from footfall.robot.ik import contact_point, leg_azimuth, solve_leg, wheel_pose_for_contact
 from footfall.robot.kinematics import center_of_mass
+from footfall.robot.meshes.collision import TERRAIN, Collision, posture_collisions
 from footfall.robot.model import Robot
 from footfall.telemetry.state import RobotState
 from footfall.terrain.dem import Dem

@@ -14,14 +14,14 @@ from footfall.core.frames import apply
 from footfall.planning.latest_results import LatestResults
 from footfall.planning.scene.ground import Nearby
 from footfall.planning.scene.leg_free_kernel import SURE, BodyTables, edges_are_sure, first_unsure
-from footfall.robot.bvh import mesh_reach
-from footfall.robot.clearance import MODES, LegClearance, clearance_ground, leg_reach, wheel_drums
 from footfall.robot.description import PARTS, link_name
-from footfall.robot.ground_tables import GroundTables
 from footfall.robot.kinematics import center_of_mass, leg_link_poses
-from footfall.robot.leg_clearance_kernel import path_is_clear
 from footfall.robot.leg_frames import PART_COUNT
+from footfall.robot.meshes.bvh import mesh_reach
 from footfall.robot.model import Robot
+from footfall.robot.proof.clearance import MODES, LegClearance, clearance_ground, leg_reach, wheel_drums
+from footfall.robot.proof.ground_tables import GroundTables
+from footfall.robot.proof.leg_clearance_kernel import path_is_clear
 from footfall.telemetry.state import RobotState
 from footfall.terrain.dem import Dem
 

@@ -7,10 +7,10 @@ import numpy as np
 from footfall.core.arrays import Array
 from footfall.core.beside import beside
 from footfall.core.frames import apply
-from footfall.robot.collision import TERRAIN, Collision
-from footfall.robot.depth import overlap
-from footfall.robot.ground import surface_points
 from footfall.robot.kinematics import link_poses
+from footfall.robot.meshes.collision import TERRAIN, Collision
+from footfall.robot.meshes.depth import overlap
+from footfall.robot.meshes.ground import surface_points
 from footfall.robot.model import Robot
 from footfall.terrain.dem import Dem
 from footfall.terrain.ground.surface import height_at

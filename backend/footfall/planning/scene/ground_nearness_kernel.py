@@ -11,8 +11,8 @@ from numpy.typing import NDArray
 
 from footfall.compiled import njit
 from footfall.core.arrays import Array
-from footfall.robot.separation import SCRATCH, least_apart
-from footfall.robot.shells import CENTER, EXTENT, FIRST, HALF, LAST, REACH
+from footfall.robot.proof.separation import SCRATCH, least_apart
+from footfall.robot.proof.shells import CENTER, EXTENT, FIRST, HALF, LAST, REACH
 
 LEAF = 4
 """Cells along the side of the boxes that stand for ground."""

@@ -9,7 +9,7 @@ from numpy.typing import NDArray
 from footfall.core.grid import GridGeometry
 from footfall.core.mesh import Mesh
 from footfall.core.value import Provenance
-from footfall.robot.bvh import bvh
+from footfall.robot.meshes.bvh import bvh
 from footfall.terrain.dem import Dem
 from footfall.terrain.ground.triangulate import triangulate
 

@@ -18,7 +18,7 @@ from footfall.core.arrays import Array
 from footfall.core.frames import transform
 from footfall.core.grid import GridGeometry
 from footfall.core.value import Provenance
-from footfall.robot.bvh import bvh
+from footfall.robot.meshes.bvh import bvh
 from footfall.terrain.dem import Dem
 from footfall.terrain.ground.triangulate import triangulate
 

@@ -1,6 +1,6 @@
 """Whether single postures of the moving leg, and edges between them, are surely allowed: compiled.
 
-Sure means: inside the limits, certified clear (robot/clearance.py proves what that says), and balanced with more to
+Sure means: inside the limits, certified clear (proof/clearance.py proves what that says), and balanced with more to
 spare than rounding takes. What is not sure is left to the exact checks of situation.py.
 """
 
@@ -10,9 +10,9 @@ import numpy as np
 
 from footfall.compiled import njit
 from footfall.core.arrays import Array
-from footfall.robot.leg_clearance_kernel import LegTables, keeps_distances, place_leg
 from footfall.robot.leg_frames import PART_COUNT
-from footfall.robot.leg_span_kernel import (
+from footfall.robot.proof.leg_clearance_kernel import LegTables, keeps_distances, place_leg
+from footfall.robot.proof.leg_span_kernel import (
     UNSURE,
     WORK,
     line_bends,
@@ -123,7 +123,7 @@ def edge_is_sure(a: Array, b: Array, epsilon: float, clearance: LegTables, body:
 
     First the leg's distances to all else, then those of its own parts and the balance, which seldom need many looks.
     For each, no posture between is farther than ε from the next that was looked at, or it is proven itself: each look
-    tells for how much of the edge around it (robot/leg_span_kernel.py), and what is left on both sides is halved in
+    tells for how much of the edge around it (proof/leg_span_kernel.py), and what is left on both sides is halved in
     turn.
     """
     levels = halvings(a, b, epsilon)

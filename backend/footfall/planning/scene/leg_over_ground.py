@@ -26,10 +26,10 @@ from footfall.planning.scene.solids import (
     solid,
     touch,
 )
-from footfall.robot.collision import TERRAIN, Collision
 from footfall.robot.description import PARTS, RobotDescription, link_name
+from footfall.robot.meshes.collision import TERRAIN, Collision
 from footfall.robot.model import Robot
-from footfall.robot.shells import FIRST, LAST, point_shells
+from footfall.robot.proof.shells import FIRST, LAST, point_shells
 from footfall.terrain.ground.surface import height_at
 
 _ROUNDING = 1e-6
@@ -173,7 +173,7 @@ class LegOverGround:
 def with_ground(links: list[Mesh]) -> tuple[Array, Array]:
     """Shells of links, and two more that stand for a box and a triangle of ground in turn.
 
-    The table (links + 2, columns) and the points (n, 3) of :func:`~footfall.robot.shells.point_shells`.
+    The table (links + 2, columns) and the points (n, 3) of :func:`~footfall.robot.proof.shells.point_shells`.
     """
     table, points = point_shells(links)
     more = np.zeros((2, table.shape[1]))

@@ -1,7 +1,7 @@
 """Compiled lower bounds of what parts of a moving rover leave to spare, so that few distances of meshes are asked for.
 
 Two bounds of each thing in each posture: a coarse one, by balls or by the highest ground around, and a finer one, which
-is proven as well (robot/separation.py). The finer one is as good as convex hulls allow where it is less than any finer
+is proven as well (proof/separation.py). The finer one is as good as convex hulls allow where it is less than any finer
 one found before it, and else no worse than the coarse one: of what may be the least only that counts.
 """
 
@@ -20,8 +20,8 @@ from footfall.planning.scene.ground_nearness_kernel import (
     over_points,
     tile_apart,
 )
-from footfall.robot.separation import SCRATCH, least_apart
-from footfall.robot.shells import CENTER, REACH
+from footfall.robot.proof.separation import SCRATCH, least_apart
+from footfall.robot.proof.shells import CENTER, REACH
 
 ROUNDING = 0.001
 """Ground may be so much higher than its greatest height says, as heights are stored as float32 [m]."""

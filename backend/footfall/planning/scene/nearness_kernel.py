@@ -1,6 +1,6 @@
 """Which pairs of things can be the nearest: compiled lower bounds, so that exact distances are asked of few.
 
-Branch and bound: the bounds are proven (robot/separation.py), coarse first, and finer only where a pair may be nearer
+Branch and bound: the bounds are proven (proof/separation.py), coarse first, and finer only where a pair may be nearer
 than the nearest so far. Convex links are as far apart as their bound says, so mostly one pair is left to be measured.
 """
 
@@ -11,8 +11,8 @@ from numpy.typing import NDArray
 
 from footfall.compiled import njit
 from footfall.core.arrays import Array
-from footfall.robot.separation import SCRATCH, least_apart
-from footfall.robot.shells import CENTER, REACH
+from footfall.robot.proof.separation import SCRATCH, least_apart
+from footfall.robot.proof.shells import CENTER, REACH
 
 
 @njit()

@@ -1,7 +1,7 @@
 """The compiled check of the whole rover in one configuration, for searches that ask it very often.
 
 What is called clear keeps every distance that :class:`~footfall.planning.scene.whole_body.WholeBody` measures. The
-proof is that of robot/clearance.py, with nothing frozen: links are inside convex shells that a direction separates,
+proof is that of proof/clearance.py, with nothing frozen: links are inside convex shells that a direction separates,
 surfaces are covered by balls that the tables of the ground let pass, or the wheel is a drum above it. Chassis and
 payload are bodies like the links. What is not proven is told as too near, and may be free.
 
@@ -19,13 +19,13 @@ from numpy.typing import NDArray
 
 from footfall.compiled import njit
 from footfall.core.arrays import Array, Ints, Mask
-from footfall.robot.drum_kernel import RADIUS as DRUM_RADIUS
-from footfall.robot.drum_kernel import REQUIRED, drum_above
-from footfall.robot.ground_tables import needed_height
-from footfall.robot.leg_clearance_kernel import RAISED_GROUND, TRUE_GROUND, coordinate, place_leg, within
 from footfall.robot.leg_frames import PART_COUNT
-from footfall.robot.separation import SCRATCH, apart_by
-from footfall.robot.shells import CENTER, EXTENT, REACH
+from footfall.robot.proof.drum_kernel import RADIUS as DRUM_RADIUS
+from footfall.robot.proof.drum_kernel import REQUIRED, drum_above
+from footfall.robot.proof.ground_tables import needed_height
+from footfall.robot.proof.leg_clearance_kernel import RAISED_GROUND, TRUE_GROUND, coordinate, place_leg, within
+from footfall.robot.proof.separation import SCRATCH, apart_by
+from footfall.robot.proof.shells import CENTER, EXTENT, REACH
 
 Feet = Mask | Ints
 

@@ -11,14 +11,14 @@ from footfall.core.arrays import Array
 from footfall.core.bounds import require_distances
 from footfall.core.grid import GridGeometry
 from footfall.planning.scene.rover_kernel import BEYOND, BODIES, CHASSIS, CLEAR, PAYLOAD, TERRAIN, RoverTables
-from footfall.robot import bvh
-from footfall.robot.clearance import SLACK, leg_covers, link_shells, radius_classes, wheel_drums
-from footfall.robot.cover import BallTree, ball_tree
 from footfall.robot.description import PARTS
-from footfall.robot.ground_tables import ground_tables
 from footfall.robot.leg_frames import PART_COUNT, leg_lengths
+from footfall.robot.meshes import bvh
 from footfall.robot.model import Robot
-from footfall.robot.shells import CENTER, REACH
+from footfall.robot.proof.clearance import SLACK, leg_covers, link_shells, radius_classes, wheel_drums
+from footfall.robot.proof.cover import BallTree, ball_tree
+from footfall.robot.proof.ground_tables import ground_tables
+from footfall.robot.proof.shells import CENTER, REACH
 
 _AS_DESCRIBED = BalanceSettings()
 

@@ -15,14 +15,14 @@ from numpy.typing import NDArray
 from footfall.core.arrays import Array
 from footfall.core.mesh import Mesh
 from footfall.planning.scene.nearness_kernel import pair_bounds
-from footfall.robot.bvh import bvh
 from footfall.robot.chain_kernel import FIXED, chain_poses
 from footfall.robot.description import PARTS, link_name
 from footfall.robot.kinematics import link_poses
 from footfall.robot.leg_frames import JOINT_AXES
+from footfall.robot.meshes.bvh import bvh
+from footfall.robot.meshes.shapes import box
 from footfall.robot.model import Robot
-from footfall.robot.shapes import box
-from footfall.robot.shells import point_shells
+from footfall.robot.proof.shells import point_shells
 
 TOLERANCE = 1e-7
 """Least distances are exact to this [m]."""

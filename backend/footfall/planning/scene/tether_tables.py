@@ -10,8 +10,8 @@ from footfall.balance.tether import Tether
 from footfall.core.arrays import Array
 from footfall.planning.scene.rover_tables import body_named
 from footfall.planning.scene.tether_kernel import DECK, GROUND, REEL, TetherTables
-from footfall.robot.bvh import PAYLOAD, robot_meshes
 from footfall.robot.description import PARTS
+from footfall.robot.meshes.bvh import PAYLOAD, robot_meshes
 from footfall.robot.model import Robot
 from footfall.terrain.dem import Dem
 

@@ -12,9 +12,9 @@ from footfall.core.frames import apply
 from footfall.core.grid import GridGeometry
 from footfall.core.mesh import Mesh
 from footfall.core.value import Provenance
-from footfall.robot.bvh import PAYLOAD, robot_meshes
 from footfall.robot.description import PARTS, link_name
 from footfall.robot.kinematics import link_poses
+from footfall.robot.meshes.bvh import PAYLOAD, robot_meshes
 from footfall.robot.model import Robot
 from footfall.terrain.dem import Dem
 from footfall.terrain.ground.triangulate import triangulate

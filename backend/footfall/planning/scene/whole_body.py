@@ -24,8 +24,8 @@ from footfall.planning.scene.least import EQUAL, least
 from footfall.planning.scene.leg_over_ground import with_ground
 from footfall.planning.scene.nearest_kernel import ground_bounds, near_triangles, own_bounds
 from footfall.planning.scene.solids import FAR, Gap, part_poses
-from footfall.robot.bvh import PAYLOAD, TOUCHING_WHEEL, bvh, robot_meshes
 from footfall.robot.description import PARTS, link_name
+from footfall.robot.meshes.bvh import PAYLOAD, TOUCHING_WHEEL, bvh, robot_meshes
 from footfall.robot.model import Robot
 from footfall.terrain.dem import Dem
 from footfall.terrain.ground.surface import height_at

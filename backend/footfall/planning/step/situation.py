@@ -16,17 +16,17 @@ from footfall.planning.scene.collision_depth import in_words, worst
 from footfall.planning.scene.ground import Nearby
 from footfall.planning.step.footing import LegStance, footing
 from footfall.planning.step.problem import StepSettings
-from footfall.robot.collision import TERRAIN, Collision, CollisionScene
 from footfall.robot.description import PARTS, link_name
 from footfall.robot.kinematics import center_of_mass, leg_wheel_pose
 from footfall.robot.limits import farthest_past
+from footfall.robot.meshes.collision import TERRAIN, Collision, CollisionScene
 from footfall.robot.model import Robot
 from footfall.robot.tolerance import outside_in_words
 from footfall.telemetry.state import RobotState
 from footfall.terrain.dem import Dem
 
 NO_GROUND, TRUE, RAISED = "none", "true", "raised"
-"""The ground modes of robot/collision.py."""
+"""The ground modes of robot/meshes/collision.py."""
 
 
 class Situation:

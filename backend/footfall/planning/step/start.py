@@ -15,11 +15,11 @@ from footfall.core.frames import apply
 from footfall.core.mesh import Mesh
 from footfall.maps.standing import STANDING_GAP, wheel_gaps
 from footfall.planning.latest_results import LatestResults
-from footfall.robot.collision import Collision, posture_collisions
-from footfall.robot.depth import overlap
 from footfall.robot.description import PARTS, link_name
-from footfall.robot.ground import surface_points
 from footfall.robot.kinematics import link_poses
+from footfall.robot.meshes.collision import Collision, posture_collisions
+from footfall.robot.meshes.depth import overlap
+from footfall.robot.meshes.ground import surface_points
 from footfall.robot.model import Robot
 from footfall.robot.tolerance import outside_in_words
 from footfall.telemetry.state import RobotState

@@ -2,7 +2,7 @@
 
 Every joint moves in straight lines between waypoints; the path is sampled so densely that no joint changes by more
 than ``SAMPLING`` between samples, half of the planner's ε by default. Clearances are certified by a proven check
-(robot/clearance.py), a piece of the path at a time where there is room, so that what lies between samples is proven
+(proof/clearance.py), a piece of the path at a time where there is room, so that what lies between samples is proven
 too; by meshes where that is unsure, and around samples with little to spare ten times as densely: between samples two
 things may come nearer. The margins are the least distances of the meshes at the waypoints: found by branch
 and bound, so that only what can be the least is measured (nearness_kernel.py). Torque is a linear program, looked at at

@@ -32,8 +32,8 @@ from footfall.planning.walk.problem import Stance
 from footfall.planning.walk.swing import Swing, swing
 from footfall.planning.walk.transition_kernel import Move, find_pose, vector_of
 from footfall.planning.walk.world import World
-from footfall.robot.clearance import LegClearance
-from footfall.robot.ground_tables import GroundTables
+from footfall.robot.proof.clearance import LegClearance
+from footfall.robot.proof.ground_tables import GroundTables
 
 LOOKS = 90
 """Chassis poses that are looked at for one foot move."""

@@ -16,8 +16,8 @@ from footfall.planning.walk.hung import Hung
 from footfall.planning.walk.rappel import AROUND
 from footfall.planning.walk.slope_frame import slope_between
 from footfall.planning.walk.stance_search import LEANS, TURNED, WITHIN, search_stance
-from footfall.robot.collision import posture_collisions
 from footfall.robot.kinematics import center_of_mass
+from footfall.robot.meshes.collision import posture_collisions
 from footfall.robot.model import Robot
 from footfall.telemetry.state import RobotState
 from footfall.terrain.dem import Dem

@@ -16,7 +16,7 @@ from footfall.planning.scene.leg_over_ground import LegOverGround
 from footfall.planning.step.search.sbl_kernel import GROWING, JOINED, grow, planted, route
 from footfall.planning.step.search.shortcut_kernel import shortened
 from footfall.planning.walk.legs_kernel import LegsTables, leg_at
-from footfall.robot.leg_clearance_kernel import NO_GROUND, RAISED_GROUND, TRUE_GROUND, LegTables
+from footfall.robot.proof.leg_clearance_kernel import NO_GROUND, RAISED_GROUND, TRUE_GROUND, LegTables
 
 EPSILON = 0.01
 """Resolution of edges where they are not proven as a whole [rad]."""

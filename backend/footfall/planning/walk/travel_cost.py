@@ -17,7 +17,7 @@ from footfall.core.arrays import Array
 from footfall.planning.walk.footfalls import Footfalls
 from footfall.planning.walk.footprint import FOLLOWS_SLOPE, Footprint
 from footfall.planning.walk.guide import spread
-from footfall.robot.bvh import robot_meshes
+from footfall.robot.meshes.bvh import robot_meshes
 from footfall.robot.model import Robot
 from footfall.terrain.dem import Dem
 from footfall.terrain.ground.surface import height_at

@@ -17,12 +17,12 @@ from footfall.planning.walk.hung import Hung
 from footfall.planning.walk.legs_kernel import KNEE_ROLL_ON_THE_WAY, WRIST_ON_THE_WAY, LegsTables
 from footfall.planning.walk.problem import WalkSettings
 from footfall.planning.walk.transition_kernel import IGNORED, PREFERRED, REQUIRED, Balance
-from footfall.robot.bvh import robot_meshes
-from footfall.robot.clearance import clearance_ground, leg_reach
 from footfall.robot.description import PARTS
-from footfall.robot.ground_tables import GroundTables
 from footfall.robot.leg_frames import leg_lengths
+from footfall.robot.meshes.bvh import robot_meshes
 from footfall.robot.model import Robot
+from footfall.robot.proof.clearance import clearance_ground, leg_reach
+from footfall.robot.proof.ground_tables import GroundTables
 
 MOST_MOVED = 0.8
 """How far the chassis goes before one foot move, at most [m]."""

@@ -9,7 +9,7 @@ from pathlib import Path
 from footfall.robot.assets.ambler_files import ambler_toml, ambler_urdf
 from footfall.robot.assets.ambler_sizes import AmblerSizes
 from footfall.robot.build import describe, part_meshes
-from footfall.robot.shapes import obj_text
+from footfall.robot.meshes.shapes import obj_text
 
 
 def generated_files(description_file: Path) -> dict[str, str]:

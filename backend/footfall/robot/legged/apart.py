@@ -11,8 +11,8 @@ import numpy as np
 
 from footfall.core.arrays import Array
 from footfall.core.mesh import Mesh
-from footfall.robot.bvh import bvh
 from footfall.robot.legged.legged_robot import LeggedRobot
+from footfall.robot.meshes.bvh import bvh
 
 LEAST_SHARE = 0.5
 """Of the distance at ease: bodies that are built nearer than their clearance may not come nearer than that."""

@@ -10,8 +10,8 @@ from numpy.typing import NDArray
 from footfall.core.frames import apply
 from footfall.core.mesh import Mesh
 from footfall.core.value import Value, value
-from footfall.robot.bvh import bvh
 from footfall.robot.legged.tree import RobotTree, TreeJoint
+from footfall.robot.meshes.bvh import bvh
 
 
 @value

@@ -21,10 +21,10 @@ from footfall.core.frames import quat_wxyz
 from footfall.core.grid import GridGeometry
 from footfall.core.mesh import Mesh
 from footfall.core.value import Provenance
-from footfall.robot.bvh import PAYLOAD
 from footfall.robot.description import JOINTS, PARTS, Payload, link_name
+from footfall.robot.meshes.bvh import PAYLOAD
+from footfall.robot.meshes.shapes import box
 from footfall.robot.model import Robot
-from footfall.robot.shapes import box
 from footfall.sim.physics.physics_settings import (
     ARMATURE,
     DAMPING_TIME,

@@ -16,8 +16,8 @@ from numpy.typing import NDArray
 from footfall.core import frames
 from footfall.core.mesh import Mesh
 from footfall.robot.kinematics import leg_link_poses, link_poses
+from footfall.robot.meshes.shapes import box
 from footfall.robot.model import Robot
-from footfall.robot.shapes import box
 from footfall.telemetry.images import Camera
 from footfall.telemetry.state import RobotState
 from footfall.terrain.rover_mask.leg_errors import LegError, encoder_and_sag_errors, joint_axes, point_jacobians

@@ -12,7 +12,7 @@ from footfall.planning.scene.certificate import Certificate
 from footfall.planning.step.search.edges import Space
 from footfall.planning.step.search.sbl_kernel import COUNT, GROWING, JOINED, Trees, grow, planted, route
 from footfall.planning.step.search.shortcut_kernel import shortened
-from footfall.robot.leg_clearance_kernel import RAISED_GROUND
+from footfall.robot.proof.leg_clearance_kernel import RAISED_GROUND
 
 SEARCHES, MOST_SEARCHES = 2, 6
 """Paths that are looked for; the one that is shortest after a little shortening is shortened on. More than the first

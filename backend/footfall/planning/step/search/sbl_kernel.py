@@ -26,7 +26,7 @@ from numpy.typing import NDArray
 from footfall.compiled import njit
 from footfall.core.arrays import Array
 from footfall.planning.scene.leg_free_kernel import BodyTables, edge_is_sure, halvings, is_sure, level_is_sure
-from footfall.robot.leg_clearance_kernel import LegTables
+from footfall.robot.proof.leg_clearance_kernel import LegTables
 
 GROWING, JOINED, EXHAUSTED = 0, 1, 2
 """What :func:`grow` returns."""

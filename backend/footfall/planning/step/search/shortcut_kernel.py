@@ -9,7 +9,7 @@ import numpy as np
 from footfall.compiled import njit
 from footfall.core.arrays import Array
 from footfall.planning.scene.leg_free_kernel import BodyTables, edge_is_sure
-from footfall.robot.leg_clearance_kernel import LegTables
+from footfall.robot.proof.leg_clearance_kernel import LegTables
 
 LEAST_GAIN = 0.005
 """Share of the path's length that a shortcut must save."""

@@ -15,7 +15,7 @@ import numpy as np
 from footfall.core.arrays import Array
 from footfall.core.frames import inverse
 from footfall.core.mesh import Mesh
-from footfall.robot.bvh import bvh
+from footfall.robot.meshes.bvh import bvh
 
 CLOSE = 0.001
 """Within this of the least distance found, distances need not be measured, unless there is nothing to spare [m]."""

@@ -17,9 +17,9 @@ from footfall.planning.walk.problem import LIFT, LOWER, SWING, CheckedMotion
 from footfall.planning.walk.recheck.apart import MovingBody, nearest
 from footfall.planning.walk.recheck.feet import DRIFT
 from footfall.planning.walk.recheck.stretches import MotionStretch
-from footfall.robot import shapes
-from footfall.robot.bvh import PAYLOAD, robot_meshes
 from footfall.robot.description import PARTS, link_name
+from footfall.robot.meshes import shapes
+from footfall.robot.meshes.bvh import PAYLOAD, robot_meshes
 from footfall.robot.model import Robot
 from footfall.terrain.dem import Dem
 from footfall.terrain.ground.surface import height_at

@@ -11,8 +11,8 @@ from footfall.planning.walk.problem import CheckedMotion, Tethered
 from footfall.planning.walk.recheck.apart import MovingBody
 from footfall.planning.walk.recheck.feet import Worst
 from footfall.planning.walk.recheck.stretches import MotionStretch
-from footfall.robot.bvh import PAYLOAD, robot_meshes
 from footfall.robot.description import PARTS, link_name
+from footfall.robot.meshes.bvh import PAYLOAD, robot_meshes
 from footfall.robot.model import Robot
 from footfall.terrain.dem import Dem
 from footfall.terrain.ground.triangulate import triangulate

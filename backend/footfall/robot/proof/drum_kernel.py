@@ -6,7 +6,7 @@ import numpy as np
 
 from footfall.compiled import njit
 from footfall.core.arrays import Array
-from footfall.robot.ground_tables import COLUMNS, PER_METRE, ROWS, START, X, Y
+from footfall.robot.proof.ground_tables import COLUMNS, PER_METRE, ROWS, START, X, Y
 
 CENTER, RADIUS, HALF, REQUIRED, MOST = 0, 3, 4, 5, 6
 """Columns of ``LegTables.drums``, a row for each ground mode.

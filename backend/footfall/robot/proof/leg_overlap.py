@@ -4,7 +4,7 @@ A collision is sure where two convex bodies share room: links, chassis and paylo
 product of edges separates two that overlap (separating axis theorem; Gottschalk, Lin & Manocha, "OBBTree", 1996).
 Ground is sure to be hit where a vertex of it is closer to a link than allowed, or the middle of a link lies under it.
 Between bodies clearances are left out: those that overlap are closer than any δ. The answers are those of
-:class:`~footfall.robot.collision.CollisionScene`, only fewer.
+:class:`~footfall.robot.meshes.collision.CollisionScene`, only fewer.
 """
 
 import math
@@ -17,15 +17,16 @@ from footfall.core.errors import InvalidInput
 from footfall.core.frames import apply, inverse, require_transform
 from footfall.core.grid import GridGeometry
 from footfall.core.mesh import Mesh
-from footfall.robot import overlap_kernel, shapes
-from footfall.robot.bvh import PAYLOAD, robot_meshes
 from footfall.robot.description import PARTS, link_name
 from footfall.robot.kinematics import leg_link_poses
 from footfall.robot.leg_frames import leg_lengths
+from footfall.robot.meshes import shapes
+from footfall.robot.meshes.bvh import PAYLOAD, robot_meshes
 from footfall.robot.model import Robot
-from footfall.robot.obstacles import CHASSIS, LEG, NOTHING
-from footfall.robot.obstacles import PAYLOAD as PAYLOAD_CODE
-from footfall.robot.overlap_kernel import Ground, OverlapPairs, Solids, WheelAndGround
+from footfall.robot.proof import overlap_kernel
+from footfall.robot.proof.obstacles import CHASSIS, LEG, NOTHING
+from footfall.robot.proof.obstacles import PAYLOAD as PAYLOAD_CODE
+from footfall.robot.proof.overlap_kernel import Ground, OverlapPairs, Solids, WheelAndGround
 
 _WHEEL_SIDES = 8
 _ROUNDING = 1e-5
@@ -111,7 +112,7 @@ class LegOverlap:
     def certain(self, qs: ArrayLike, terrain: str) -> tuple[NDArray[np.uint8], NDArray[np.uint8]]:
         """For leg postures (n, 6) [rad] the link that surely hits, index into PARTS, and what it hits, (n,) each.
 
-        Codes of what is hit: see :mod:`footfall.robot.obstacles`; NOTHING where no collision is sure.
+        Codes of what is hit: see :mod:`footfall.robot.proof.obstacles`; NOTHING where no collision is sure.
         """
         qs = np.array(qs, float, order="C")  # a copy: compiled code takes read-only arrays for another kind
         if qs.ndim != 2 or qs.shape[1] != 6:

@@ -1,4 +1,4 @@
-"""Compiled part of :mod:`footfall.robot.leg_overlap`: convex bodies that share room, and ground too close to links."""
+"""Compiled part of leg_overlap.py: convex bodies that share room, and ground too close to links."""
 
 import math
 from typing import NamedTuple
@@ -10,7 +10,7 @@ from numpy.typing import NDArray
 from footfall.compiled import njit
 from footfall.core.arrays import Array
 from footfall.robot.leg_frames import PART_COUNT, leg_frames
-from footfall.robot.obstacles import NOTHING, SELF, TERRAIN
+from footfall.robot.proof.obstacles import NOTHING, SELF, TERRAIN
 
 _TOUCH = 1e-9
 """Overlaps smaller than this [m] are left to the meshes."""

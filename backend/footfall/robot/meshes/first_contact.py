@@ -4,7 +4,7 @@ from functools import cached_property
 
 from numpy.typing import ArrayLike
 
-from footfall.robot.collision import GROUND_MODES, TERRAIN, CollisionScene
+from footfall.robot.meshes.collision import GROUND_MODES, TERRAIN, CollisionScene
 
 
 class NamingScene(CollisionScene):

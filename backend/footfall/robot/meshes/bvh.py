@@ -4,8 +4,8 @@ import coal
 import numpy as np
 
 from footfall.core.mesh import Mesh
-from footfall.robot import shapes
 from footfall.robot.description import PARTS, RobotDescription, link_name
+from footfall.robot.meshes import shapes
 
 TOUCHING_WHEEL = "touching_wheel"
 """Shape name of the wheel made smaller by ``clearances.wheel_sink``, for wheels that touch the ground."""

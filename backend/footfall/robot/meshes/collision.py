@@ -24,14 +24,14 @@ from footfall.core.errors import InvalidInput
 from footfall.core.frames import apply, inverse, require_transform, transform
 from footfall.core.mesh import Mesh
 from footfall.core.value import Value, value
-from footfall.robot.bvh import PAYLOAD, TOUCHING_WHEEL, bvh, mesh_reach, robot_meshes
-from footfall.robot.depth import overlap
 from footfall.robot.description import PARTS, link_name
-from footfall.robot.ground import GroundHeights, crop, inner_radius
 from footfall.robot.kinematics import leg_link_poses, link_poses
+from footfall.robot.meshes.bvh import PAYLOAD, TOUCHING_WHEEL, bvh, mesh_reach, robot_meshes
+from footfall.robot.meshes.depth import overlap
+from footfall.robot.meshes.ground import GroundHeights, crop, inner_radius
+from footfall.robot.meshes.pairs import Pairs
+from footfall.robot.meshes.shapes import merged
 from footfall.robot.model import Robot
-from footfall.robot.pairs import Pairs
-from footfall.robot.shapes import merged
 
 GROUND_MODES = ("none", "true", "raised")
 TERRAIN = "terrain"

@@ -16,7 +16,7 @@ import numpy as np
 
 from footfall.compiled import njit
 from footfall.core.arrays import Array
-from footfall.robot.shells import CENTER, DISC, EXTENT, FIRST, HALF, LAST, REACH
+from footfall.robot.proof.shells import CENTER, DISC, EXTENT, FIRST, HALF, LAST, REACH
 
 MOST_STEPS = 24
 """Support points looked at before giving up; a typical answer needs one to five."""

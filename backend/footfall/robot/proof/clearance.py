@@ -1,7 +1,7 @@
 """A fast check of one moving leg that is sure where it says free: compiled, microseconds for a configuration.
 
 :class:`LegClearance` answers "certified free" or "unsure" for the same leg, stance, ground and distances as
-:class:`~footfall.robot.collision.CollisionScene`. Certified free implies that the exact check says free. That is
+:class:`~footfall.robot.meshes.collision.CollisionScene`. Certified free implies that the exact check says free. That is
 proven, not sampled:
 
 1. *Links.* Each link is inside a convex shell (shells.py). Two links are certified only by a direction in which their
@@ -66,22 +66,22 @@ from footfall.core.bounds import require_distances
 from footfall.core.errors import InvalidInput
 from footfall.core.frames import require_transform
 from footfall.core.grid import GridGeometry
-from footfall.robot.bvh import PAYLOAD, TOUCHING_WHEEL, robot_meshes
-from footfall.robot.cover import BallTree, ball_tree
 from footfall.robot.description import PARTS, RobotDescription, link_name
-from footfall.robot.drum_kernel import MOST
-from footfall.robot.ground_tables import MOST_CELLS, GroundTables, ground_tables
 from footfall.robot.kinematics import leg_link_poses
-from footfall.robot.leg_clearance_kernel import (
+from footfall.robot.leg_frames import leg_lengths
+from footfall.robot.meshes.bvh import PAYLOAD, TOUCHING_WHEEL, robot_meshes
+from footfall.robot.model import Robot
+from footfall.robot.proof.cover import BallTree, ball_tree
+from footfall.robot.proof.drum_kernel import MOST
+from footfall.robot.proof.ground_tables import MOST_CELLS, GroundTables, ground_tables
+from footfall.robot.proof.leg_clearance_kernel import (
     NO_GROUND,
     RAISED_GROUND,
     TRUE_GROUND,
     LegTables,
     legs_are_clear,
 )
-from footfall.robot.leg_frames import leg_lengths
-from footfall.robot.model import Robot
-from footfall.robot.shells import CENTER, DISC, HALF, REACH, shells
+from footfall.robot.proof.shells import CENTER, DISC, HALF, REACH, shells
 
 MODES = {"none": NO_GROUND, "true": TRUE_GROUND, "raised": RAISED_GROUND}
 """Ground modes of CollisionScene and of the compiled check."""
@@ -161,7 +161,7 @@ class LegClearance:
     posture: (legs × 6,) [rad], used for the frozen legs. T_site_base: (4, 4). ground: of :func:`clearance_ground`,
     or None. clearance: added to every δ [m]. raise_terrain: for the ground mode "raised" [m]. drum: whether the wheel's
     own shape is asked about where its balls leave it unsure.
-    ``tables`` is what the compiled :func:`~footfall.robot.leg_clearance_kernel.leg_is_clear` takes.
+    ``tables`` is what the compiled :func:`~footfall.robot.proof.leg_clearance_kernel.leg_is_clear` takes.
     """
 
     def __init__(

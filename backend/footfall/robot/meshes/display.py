@@ -12,9 +12,9 @@ import numpy as np
 
 from footfall.core.arrays import Array
 from footfall.core.mesh import Mesh
-from footfall.robot import shapes
 from footfall.robot.description import JOINTS, RobotDescription
-from footfall.robot.rounded import beam, drum, looped, ring, skinned, turned
+from footfall.robot.meshes import shapes
+from footfall.robot.meshes.rounded import beam, drum, looped, ring, skinned, turned
 
 PAINT, METAL, DARK, RUBBER, FOIL, MARK = "paint", "metal", "dark", "rubber", "foil", "mark"
 """Materials: white painted aluminium, bare metal, dark housings of drives, tyre, gold foil, the arrow that points

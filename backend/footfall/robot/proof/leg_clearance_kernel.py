@@ -9,11 +9,11 @@ from numpy.typing import NDArray
 
 from footfall.compiled import njit
 from footfall.core.arrays import Array
-from footfall.robot.drum_kernel import MOST, RADIUS, REQUIRED, drum_above
-from footfall.robot.ground_tables import needed_height
 from footfall.robot.leg_frames import JOINT_AXES, PART_COUNT, leg_frames
-from footfall.robot.separation import SCRATCH, apart
-from footfall.robot.shells import CENTER, REACH
+from footfall.robot.proof.drum_kernel import MOST, RADIUS, REQUIRED, drum_above
+from footfall.robot.proof.ground_tables import needed_height
+from footfall.robot.proof.separation import SCRATCH, apart
+from footfall.robot.proof.shells import CENTER, REACH
 
 NO_GROUND, TRUE_GROUND, RAISED_GROUND = -1, 0, 1
 """Ground modes; the last two are rows of ``trees`` and ``lift``."""

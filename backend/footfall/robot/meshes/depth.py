@@ -10,8 +10,8 @@ import numpy as np
 
 from footfall.core.arrays import Array
 from footfall.core.mesh import Mesh
-from footfall.robot.bvh import PAYLOAD, robot_meshes
 from footfall.robot.kinematics import link_poses
+from footfall.robot.meshes.bvh import PAYLOAD, robot_meshes
 from footfall.robot.model import Robot
 
 

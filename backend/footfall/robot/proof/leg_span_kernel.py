@@ -12,12 +12,12 @@ import numpy as np
 
 from footfall.compiled import njit
 from footfall.core.arrays import Array
-from footfall.robot.drum_kernel import MOST, NONE, RADIUS, REQUIRED, drum_above
-from footfall.robot.ground_tables import needed_height
-from footfall.robot.leg_clearance_kernel import LegTables, coordinate, within
 from footfall.robot.leg_frames import FOOT, HIP_X, HIP_Z, JOINT_AXES, PART_COUNT, SHANK, THIGH
-from footfall.robot.separation import SCRATCH, apart_by
-from footfall.robot.shells import CENTER, REACH
+from footfall.robot.proof.drum_kernel import MOST, NONE, RADIUS, REQUIRED, drum_above
+from footfall.robot.proof.ground_tables import needed_height
+from footfall.robot.proof.leg_clearance_kernel import LegTables, coordinate, within
+from footfall.robot.proof.separation import SCRATCH, apart_by
+from footfall.robot.proof.shells import CENTER, REACH
 
 UNSURE = -1.0
 """Answer where not even the posture itself is proven to be clear."""
