@@ -23,6 +23,7 @@ from footfall.sequence.commands import wait
 from footfall.sequence.edit import Edit
 from footfall.session.access.identity import Identity, Role
 from footfall.session.gate.lease import CONN_FOR
+from footfall.session.gate.machine import ARMED_FOR
 from footfall.session.jobs.local import InlineJobs
 from footfall.session.loop_settings import LoopSettings
 from footfall.session.products.kinds import FOOT_MOVES, ROUTE, WALK
@@ -268,6 +269,25 @@ def test_a_walk_that_has_ended_is_not_steered_and_nobody_s_run_is_aborted_for_it
         with pytest.raises(Conflict, match="has ended"):
             act()
     assert (loop.state, aborted) == ("ended", [])
+
+
+def test_an_arming_that_ran_out_is_made_anew(live, rover, monkeypatch):
+    """As on a machine so busy that what was armed is sent too late."""
+    gate, send, tried = live.rover.commanding.gate, live.commands.send, []
+    clock = gate._clock
+
+    def too_late(token, sequence, who):
+        if not tried:
+            monkeypatch.setattr(gate, "_clock", lambda: clock() + ARMED_FOR + 1.0)
+        tried.append(sequence)
+        return send(token, sequence, who)
+
+    monkeypatch.setattr(live.commands, "send", too_late)
+    loop = live.walk_to(GOAL, UNSEEN)
+    assert ended(loop)[0] == "arrived"
+    assert decided(live).count("go") == loop.foot_moves
+    assert tried[0] == tried[1]
+    assert len(tried) == loop.foot_moves + 1
 
 
 def at_fault(live, loop):

@@ -44,6 +44,8 @@ LET_GO_ON, CARRIED_OUT = "somebody to let it go on", "the rover to carry it out"
 NOT_RENEWED = f"the conn ran out, as its holder was not heard for {CONN_FOR:g} s"
 MAY_BE_REPLANNED = ("rules", "start", "set-points", "pose", "terrain", "load")
 """Checks of the gate that another plan may pass."""
+ARMED_ANEW = "arming"
+"""The check of an arming that ran out before what it was for was sent, as on a machine that is busy."""
 
 
 class WalkLoop:
@@ -237,9 +239,10 @@ class WalkLoop:
         return number + moved, now
 
     def _send(self, sequence: str) -> str | None:
-        """Why the gate refused what another plan may pass, "" where it was sent, None where it was held meanwhile.
+        """Why the gate refused what another plan may pass, "" where it was sent, None where that is to be tried again.
 
-        Raises what ends the walk: a stop, another refusal, a conn that was given up.
+        That is so where it was held meanwhile, or the arming ran out. Raises what ends the walk: a stop, another
+        refusal, a conn that was given up.
         """
         live, who = self._live, self._who
         with self._sending:
@@ -252,9 +255,10 @@ class WalkLoop:
                 self._conn = armed["conn"]["number"]
                 self._sent = live.commands.send(armed["token"], sequence, who)["run"]
             except CommandRefused as error:
-                if error.details.get("check") not in MAY_BE_REPLANNED:
+                check = error.details.get("check")
+                if check not in (*MAY_BE_REPLANNED, ARMED_ANEW):
                     raise
-                return error.message
+                return None if check == ARMED_ANEW else error.message
             return ""
 
     # -- what it waits for ---------------------------------------------------------------------
