@@ -25,6 +25,9 @@ from footfall_ui.scene_server import SceneServer
 from footfall_ui.viser_door import SECRET_HEADER, SceneDoor, closed_door
 from footfall_ui.visitors import THEMES
 
+MOST_PIXELS = 100_000
+"""No page shows a scene wider or higher than this."""
+
 _PASSED_UP = ("accept", "accept-encoding", "if-none-match")
 _PASSED_DOWN = ("content-type", "content-encoding", "content-length", "etag")
 
@@ -42,6 +45,7 @@ class SceneProxy:
         self.router.add_api_route("/scene", self._to_folder)
         self.router.add_api_route("/scene/{path:path}", self._page)
         self.router.add_api_route("/scene/theme", self._wear, methods=["PUT"], status_code=204)
+        self.router.add_api_route("/scene/size", self._fit, methods=["PUT"], status_code=204)
         self.router.add_api_route("/scene/moment", self._look_back, methods=["PUT"], status_code=204)
         # viser's page connects to its own address without the last slash
         self.router.add_api_websocket_route("/scene", self._messages)
@@ -82,6 +86,15 @@ class SceneProxy:
         if theme not in THEMES:
             raise InvalidInput(f"the page has no theme of that name; it has {', '.join(THEMES)}", themes=THEMES)
         self.door.visitors.dress(_page_of(request), theme)
+
+    async def _fit(
+        self,
+        width: Annotated[float, Body(embed=True, gt=0, le=MOST_PIXELS)],
+        height: Annotated[float, Body(embed=True, gt=0, le=MOST_PIXELS)],
+        request: Request,
+    ) -> None:
+        """How large the page shows the scene [px of the page]: labels are arranged for that."""
+        self.door.visitors.fit(_page_of(request), width, height)
 
     async def _look_back(self, event: Annotated[int | None, Body(embed=True)], request: Request) -> None:
         """The page's scene as the session was after that event; null: as it is now."""

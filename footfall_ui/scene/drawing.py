@@ -110,8 +110,8 @@ class Scene:
             "labels": lambda _: labels_of(server).arrange(server),
         }
         self._redrawing = Redrawing({name: self._of_session(draw) for name, draw in parts.items()})
-        labels_of(server).follow(server, lambda: self._redrawing.mark("labels"))
-        self._undress = self._visitors.listen(who, lambda: self._redrawing.mark("around"))
+        labels_of(server).follow(server, lambda: self._redrawing.mark("labels"), lambda: self._visitors.size_of(who))
+        self._undress = self._visitors.listen(who, lambda: self._redrawing.mark("around", "labels"))
 
     def is_of(self, who: Identity) -> bool:
         """Whether it is that page's."""

@@ -8,7 +8,7 @@ the same scene, labels are arranged for the one whose view was turned last.
 """
 
 from collections.abc import Callable, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from typing import Literal
 from weakref import WeakKeyDictionary
 
@@ -46,12 +46,15 @@ SWEEPS = 4
 
 @dataclass(frozen=True)
 class Page:
-    """How a page looks at the scene. T_site_camera: (4, 4), OpenCV axes; fov: vertical [rad]; width, height [px]."""
+    """How a page looks at the scene. T_site_camera: (4, 4), OpenCV axes; fov: vertical [rad]; width, height [px].
+
+    Labels are as large in the page's pixels on every screen; viser's picture may have fewer or more of them.
+    """
 
     T_site_camera: Array
     fov: float
-    width: int
-    height: int
+    width: float
+    height: float
 
     def pixels(self, points: Array) -> Array:
         """Where points (n, 3), site frame [m], are seen, (n, 2) [px] from the top left; NaN behind the camera."""
@@ -122,6 +125,7 @@ class Labels:
         self._handles: dict[str, viser.LabelHandle] = {}
         self._anchors: dict[str, Anchor] = {}
         self._page: Page | None = None
+        self._size_of_page: Callable[[], tuple[float, float] | None] = lambda: None
 
     def add(self, handle: viser.LabelHandle) -> None:
         """One that is drawn. Labels on the rover go with it, and stay as they are."""
@@ -135,8 +139,17 @@ class Labels:
         T[:3, :3], T[:3, 3] = rotation_from_quat_wxyz(camera.wxyz), camera.position
         self._page = Page(T, camera.fov, camera.image_width, camera.image_height)
 
-    def follow(self, server: viser.ViserServer | viser.ClientHandle, turned: Callable[[], None]) -> None:
-        """Hear of a page's view, or of every page's of a server; ``turned`` is called whenever one was."""
+    def follow(
+        self,
+        server: viser.ViserServer | viser.ClientHandle,
+        turned: Callable[[], None],
+        size_of_page: Callable[[], tuple[float, float] | None] = lambda: None,
+    ) -> None:
+        """Hear of a page's view, or of every page's of a server; ``turned`` is called whenever one was.
+
+        size_of_page: width and height in its own pixels, None where it has not said so: then viser's are taken.
+        """
+        self._size_of_page = size_of_page
 
         def heard(camera: viser.CameraHandle) -> None:
             self.seen_from(camera)
@@ -157,7 +170,9 @@ class Labels:
         if self._page is None or not self._handles:
             return
         shown = list(self._handles.values())
-        points = self._page.pixels(np.array([one.position for one in shown]))
+        size = self._size_of_page()
+        page = self._page if size is None else replace(self._page, width=size[0], height=size[1])
+        points = page.pixels(np.array([one.position for one in shown]))
         seen = [(one, point) for one, point in zip(shown, points, strict=True) if np.isfinite(point).all()]
         handles, places = [one for one, _ in seen], np.array([point for _, point in seen]).reshape(-1, 2)
         now: list[Anchor] = [self._anchors.get(one.name, FIRST) for one in handles]

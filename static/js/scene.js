@@ -31,6 +31,7 @@ export function startScene() {
   act({ text: texts.loadAgain, button: "scene-again", run: load, refusal: () => (wanted ? "" : texts.openedOff) });
   subscribe(() => { draw(); look(); });
   document.addEventListener(WORN, dress);
+  new ResizeObserver(fit).observe(frame);
   if (wanted) load();
   else note(texts.off, false, true);
 }
@@ -41,15 +42,23 @@ async function load() {
   gone = Boolean(reason);
   if (gone) note(texts.notShown(reason), true);
   else {
-    await dress();
+    await Promise.all([dress(), fit()]);
     $("scene").src = `/scene/?${options()}`;
   }
 }
 
-// Its sky, as the page. Without an answer it keeps the one it has: nothing is told by it.
-async function dress() {
+// Its sky, as the page, and how large its frame is: labels have the page's pixels, whatever those of screen and picture are.
+// Without an answer the scene keeps what it has: nothing is told by it.
+const dress = () => say("theme", { theme: theme() });
+
+async function fit() {
+  const { clientWidth: width, clientHeight: height } = $("scene");
+  if (width && height) await say("size", { width, height });
+}
+
+async function say(what, body) {
   const headers = { "Content-Type": "application/json", "FootFall-Page": PAGE };
-  if (wanted) await fetch("/scene/theme", { method: "PUT", headers, body: JSON.stringify({ theme: theme() }) }).catch(() => {});
+  if (wanted) await fetch(`/scene/${what}`, { method: "PUT", headers, body: JSON.stringify(body) }).catch(() => {});
 }
 
 // How things were after that event of the session; null: how they are. Throws where the server refuses it.

@@ -2,6 +2,7 @@
 
 import subprocess
 import sys
+from functools import partial
 
 import httpx
 import pytest
@@ -115,6 +116,10 @@ def test_a_page_that_is_dressed_has_another_sky_and_no_other_page_has(tmp_path, 
         refused = dress(client, "plaid")
         assert refused.status_code == 422
         assert "dark, light, sunlight" in refused.json()["detail"]
+        fit = partial(client.put, f"{running.url}/scene/size", headers={"FootFall-Page": "one"})
+        assert fit(json={"width": 640.5, "height": 480}).status_code == 204
+        for wrong in ({"width": 0, "height": 480}, {"width": 640}, {"width": 640, "height": 1e9}, {"width": "wide"}):
+            assert fit(json=wrong).status_code == 422
 
 
 def test_a_page_that_opens_looks_from_where_it_says(tmp_path, monkeypatch):

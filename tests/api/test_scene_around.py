@@ -26,7 +26,7 @@ from footfall_ui.scene.drawn import Drawn
 from footfall_ui.scene.labels import ANCHORS, Page, arranged, boxes, covered, labels_of, may_yield, shown_of, sizes_of
 from footfall_ui.scene.shadow import MARGIN, OVER, opacity, shadow_glb
 from footfall_ui.scene.sky import FADES, LEAST, MOST, SKIES, TEXELS, ball, gradient, place
-from footfall_ui.visitors import MOST_THEMES, THEMES, Visitors
+from footfall_ui.visitors import MOST_KEPT, THEMES, Visitors
 from tests.support.chassis_ground import lifted, wavy
 from tests.support.glb import loaded
 
@@ -94,9 +94,25 @@ def test_each_page_has_the_sky_of_its_theme():
     one, other = (replace(LOCAL, page=page) for page in ("one", "other"))
     visitors.dress(one, "light")
     assert (visitors.theme_of(one), visitors.theme_of(other), visitors.theme_of(None)) == ("light", "dark", "dark")
-    for i in range(MOST_THEMES):
+    for i in range(MOST_KEPT):
         visitors.dress(replace(LOCAL, page=f"more-{i}"), "sunlight")
     assert visitors.theme_of(one) == "dark"
+
+
+def test_each_page_has_its_own_size_and_its_scene_hears_of_another_one():
+    visitors, heard = Visitors(), []
+    one, other = (replace(LOCAL, page=page) for page in ("one", "other"))
+    visitors.listen(one, lambda: heard.append(visitors.size_of(one)))
+    assert visitors.size_of(one) is visitors.size_of(None) is None
+    visitors.fit(one, 900.0, 700.0)
+    visitors.fit(other, 300.0, 200.0)
+    visitors.fit(one, 900.0, 700.0)
+    visitors.fit(one, 450.0, 700.0)
+    assert heard == [(900.0, 700.0), (450.0, 700.0)]
+    assert visitors.size_of(other) == (300.0, 200.0)
+    for i in range(MOST_KEPT):
+        visitors.fit(replace(LOCAL, page=f"more-{i}"), 10.0, 10.0)
+    assert visitors.size_of(one) is None
 
 
 def test_a_scene_hears_of_its_own_page_s_theme_and_only_of_another_one():
@@ -275,18 +291,20 @@ def test_a_page_sees_points_as_a_pinhole_does():
     assert np.isnan(page.pixels(np.array([(0.0, 0.0, -30.0)]))).all()
 
 
-def test_labels_of_a_scene_are_moved_apart_for_the_page_that_turns():
+@pytest.mark.parametrize("density", [0.5, 1.0, 1.25, 1.5, 2.0, 3.0])
+def test_labels_of_a_scene_are_moved_apart_for_the_page_that_turns(density):
+    """However many pixels viser's picture has for each of the page's, as screens, zoom and slow machines make them."""
     server = viser.ViserServer(host="127.0.0.1", port=0, verbose=False)
     try:
         drawn, turned = Drawn(server), rotation("x", -np.pi / 2)[:3, :3]
         camera = SimpleNamespace(wxyz=quat_wxyz(turned), position=np.array([0.0, -8.0, 1.0]), fov=1.0)
-        camera.image_width, camera.image_height = 900, 700
+        camera.image_width, camera.image_height = round(900 * density), round(700 * density)
         page = Page(transform(turned, camera.position), 1.0, 900, 700)
 
         def draw(height):
             add = server.scene.add_label
             return [
-                drawn.add(add, name, f"the label {i}", position=(0.0, 0.02 * i, height))
+                drawn.add(add, name, f"the label {i}", position=(0.5 * i, 0.0, height))
                 for i, name in enumerate(("/one", "/two"))
             ]
 
@@ -295,6 +313,7 @@ def test_labels_of_a_scene_are_moved_apart_for_the_page_that_turns():
             return overlap(points, sizes_of([one.text for one in handles]), [one.anchor for one in handles])
 
         labels, handles = labels_of(server), draw(1.0)
+        labels.follow(server, lambda: None, lambda: (900.0, 700.0))
         labels.arrange(server)  # nobody looks yet
         labels.seen_from(cast(viser.CameraHandle, camera))
         assert shared(handles) > 0

@@ -40,6 +40,7 @@ _TABLE: Mapping[Role | Needs, tuple[str, ...]] = {
         "WS /sessions/{session}/events/line",
         "WS /scene",
         "WS /scene/",
+        "PUT /scene/size",
         "PUT /scene/theme",
         "PUT /scene/moment",
         # questions, which change nothing
