@@ -11,7 +11,7 @@ from playwright.sync_api import Browser, Page, Playwright, Response, sync_playwr
 
 from benchmarks.console.apart import Apart, served_apart
 from benchmarks.timing import Figure
-from footfall.doctor import CHROMIUMS
+from footfall.cli.doctor import CHROMIUMS
 
 AT_PAR = Path(__file__).with_name("at_par.sh")
 DRAWING = ["--use-angle=swiftshader", "--enable-unsafe-swiftshader", "--ignore-gpu-blocklist"]

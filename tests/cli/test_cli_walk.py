@@ -4,11 +4,11 @@ import json
 
 import pytest
 
+from footfall.cli.plan_walk import yaw_apart
 from footfall.io.artifacts import decode
 from footfall.io.terrain_files import write_terrain
 from footfall.planning.walk.problem import WalkResult
 from footfall.planning.walk_execution.problem import WalkExecutionResult
-from footfall.walk_commands import yaw_apart
 from tests.support.chassis_ground import wavy
 from tests.support.command_line import run
 

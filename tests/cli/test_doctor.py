@@ -14,8 +14,7 @@ import psycopg
 import pytest
 from typer.testing import CliRunner
 
-from footfall import doctor
-from footfall.cli import app
+from footfall.cli import app, doctor
 from footfall.io.sign_on_file import FILE
 from footfall.resources import sample_sessions_folder
 from footfall.session.storage import postgres_look

@@ -13,7 +13,7 @@ import pytest
 from hypothesis import given, settings
 
 from footfall.api.routes.sequences import ExportFormat
-from footfall.cli import export as command
+from footfall.cli.program import export as command
 from footfall.core.errors import InvalidSequence
 from footfall.io.exports import COUNTING, FORMATS, MEDIA, MOST_TOLD, SUFFIXES, export
 from footfall.io.imports import from_csv, from_fprime, from_json, from_seqjson, from_yamcs

@@ -9,10 +9,10 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
+from footfall.cli.recorded import RecordedSession
 from footfall.core.errors import InvalidSequence, NotFound
 from footfall.io.exports import SUFFIXES, export
 from footfall.io.imports import LARGEST, MOST_COMMANDS, read_sequence, sequence_of
-from footfall.recorded import RecordedSession
 from footfall.sequence.commands import Command
 from footfall.telemetry.state import RobotState
 from footfall.terrain.dem import Dem

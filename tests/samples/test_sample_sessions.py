@@ -6,9 +6,9 @@ from pathlib import Path
 import pytest
 
 import footfall
+from footfall.cli.recorded import RecordedSession
 from footfall.io.bundles import read_bundle
 from footfall.planning.walk.problem import WalkResult
-from footfall.recorded import RecordedSession
 from footfall.resources import sample_sessions_folder
 
 FOLDER = sample_sessions_folder()

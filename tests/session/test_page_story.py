@@ -4,7 +4,7 @@ from pathlib import Path
 
 import pytest
 
-from footfall.recorded import RecordedSession
+from footfall.cli.recorded import RecordedSession
 from footfall.session.log.event import next_event
 from footfall.session.replay.page_story import page_story
 

@@ -7,8 +7,8 @@ from pathlib import Path
 import numpy as np
 from hypothesis import strategies as st
 
+from footfall.cli.recorded import RecordedSession
 from footfall.core.value import Provenance
-from footfall.recorded import RecordedSession
 from footfall.sequence.commands import Command, Sequence
 from footfall.sequence.predict import predict
 from footfall.telemetry.command_kinds import KINDS

@@ -7,11 +7,11 @@ from typing import Annotated
 
 import typer
 
-from footfall import terminal
+from footfall.cli import terminal
+from footfall.cli.terminal import AtX, AtY, AtYaw, Json, Pair, RobotName, bar
 from footfall.core.value import fields_of
 from footfall.planning.answers import Status
 from footfall.planning.route.problem import Route, RouteSettings
-from footfall.terminal import AtX, AtY, AtYaw, Json, Pair, RobotName, bar
 
 
 def plan_route(

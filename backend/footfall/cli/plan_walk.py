@@ -9,8 +9,9 @@ import numpy as np
 import typer
 from typer.core import TyperCommand
 
-from footfall import terminal
 from footfall.balance.tether import EDGE, Tether
+from footfall.cli import terminal
+from footfall.cli.terminal import AtX, AtY, AtYaw, Json, Pair, RobotName, bar
 from footfall.core.errors import InvalidInput
 from footfall.core.value import fields_of
 from footfall.planning.answers import Status
@@ -26,7 +27,6 @@ from footfall.planning.walk.problem import (
 )
 from footfall.planning.walk.smoothing import Smoothed, Smoothing
 from footfall.planning.walk_execution.problem import WalkExecutionResult
-from footfall.terminal import AtX, AtY, AtYaw, Json, Pair, RobotName, bar
 
 GOAL, GOAL_YAW = "--goal", "--goal-yaw"
 
@@ -108,9 +108,9 @@ def plan_walk(
 
     The rover is taken as rigid, its sag not predicted, but with --mode.
     """
+    from footfall.cli.legged import plan_legged_walk
     from footfall.io.any_robot import is_legged, load_legged
     from footfall.io.artifacts import encode
-    from footfall.legged_commands import plan_legged_walk
     from footfall.planning.legged.circulate import MARGIN
     from footfall.planning.legged.problem import LeggedSettings
     from footfall.planning.walk.plan import plan_walk as run

@@ -5,9 +5,9 @@ from typing import Annotated
 
 import typer
 
-from footfall import terminal
+from footfall.cli import terminal
+from footfall.cli.terminal import Json, Reporting, bar, say
 from footfall.core.errors import InvalidInput
-from footfall.terminal import Json, Reporting, bar, say
 
 robot_app = typer.Typer(
     cls=Reporting, rich_markup_mode=None, no_args_is_help=True, help="Bring a robot of your own: propose, and check."

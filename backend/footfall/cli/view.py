@@ -23,9 +23,9 @@ def view_walk(
 
     What is drawn are the shapes that the planner checked. Nothing here moves a robot.
     """
+    from footfall.cli.recorded import legged_walk_of
     from footfall.io.any_robot import is_legged, load_legged
     from footfall.io.terrain_files import read_terrain
-    from footfall.recorded import legged_walk_of
     from footfall_ui.viser_door import open_on_this_computer
     from footfall_ui.walk_viewer import WalkViewer
 

@@ -6,10 +6,10 @@ from typing import TYPE_CHECKING, Annotated
 
 import typer
 
-from footfall import terminal
+from footfall.cli import terminal
+from footfall.cli.terminal import Json, Pair, Reporting, bar
 from footfall.core.errors import InvalidInput
 from footfall.core.progress import Progress, part
-from footfall.terminal import Json, Pair, Reporting, bar
 
 if TYPE_CHECKING:
     from footfall.robot.model import Robot
@@ -142,7 +142,7 @@ def _sources_and_out(files: list[Path], out: Path | None) -> tuple[list[Path], P
 
 def _of_session(bundle: Path, settings: "TerrainSettings", refine: bool, progress: Progress) -> "Dem":
     """The ground in the images of a recorded session. refine: first turn cameras as all images together say."""
-    from footfall.recorded import RecordedSession
+    from footfall.cli.recorded import RecordedSession
     from footfall.terrain.build import build_terrain
     from footfall.terrain.pairs.bundle_adjustment import refine as refine_pairs
 

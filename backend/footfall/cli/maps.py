@@ -6,12 +6,12 @@ from typing import TYPE_CHECKING, Annotated
 
 import typer
 
-from footfall import terminal
+from footfall.cli import terminal
+from footfall.cli.legged import make_legged_map
+from footfall.cli.terminal import AtX, AtY, AtYaw, Conservative, Json, LegNumber, RobotName, bar
 from footfall.core.errors import InvalidInput
-from footfall.legged_commands import make_legged_map
 from footfall.maps.layers import REACHABLE_STABLE, REACHABLE_UNSTABLE, MapSettings, MapStack
 from footfall.maps.quality_settings import MOST
-from footfall.terminal import AtX, AtY, AtYaw, Conservative, Json, LegNumber, RobotName, bar
 
 if TYPE_CHECKING:
     from footfall.maps.suggest import Suggestions

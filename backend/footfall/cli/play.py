@@ -8,9 +8,9 @@ from typing import TYPE_CHECKING, Annotated
 
 import typer
 
-from footfall import terminal
+from footfall.cli import terminal
+from footfall.cli.terminal import Json
 from footfall.core.errors import InvalidInput
-from footfall.terminal import Json
 
 if TYPE_CHECKING:
     from footfall.sim.player import Played, Player

@@ -6,11 +6,11 @@ from typing import Annotated
 
 import typer
 
+from footfall.cli.legged import SERVED, served_robot
+from footfall.cli.sessions import DEFAULT_DATA, Data
+from footfall.cli.terminal import RobotName
 from footfall.core.collector import none_while_loading
 from footfall.core.errors import InvalidInput
-from footfall.legged_commands import SERVED, served_robot
-from footfall.session_commands import DEFAULT_DATA, Data
-from footfall.terminal import RobotName
 
 
 def serve(

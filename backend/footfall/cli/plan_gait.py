@@ -6,13 +6,13 @@ from typing import Annotated
 
 import typer
 
-from footfall import terminal
+from footfall.cli import terminal
+from footfall.cli.plan_walk import GOAL, GOAL_YAW
+from footfall.cli.terminal import AtX, AtY, AtYaw, Json, Pair, RobotName, bar
 from footfall.core.value import fields_of
 from footfall.planning.answers import Status
 from footfall.planning.gait.problem import GAITS, TRIPOD, GaitPlan, GaitResult, GaitSettings
 from footfall.planning.walk.problem import WalkGoal
-from footfall.terminal import AtX, AtY, AtYaw, Json, Pair, RobotName, bar
-from footfall.walk_commands import GOAL, GOAL_YAW
 
 
 def plan_gait(

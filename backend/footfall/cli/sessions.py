@@ -6,8 +6,8 @@ from typing import Annotated
 
 import typer
 
-from footfall import terminal
-from footfall.terminal import Json, Reporting, bar, say
+from footfall.cli import terminal
+from footfall.cli.terminal import Json, Reporting, bar, say
 
 sessions_app = typer.Typer(
     cls=Reporting,

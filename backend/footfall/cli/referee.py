@@ -5,11 +5,11 @@ from typing import TYPE_CHECKING, Annotated
 
 import typer
 
-from footfall import terminal
 from footfall.balance.friction import FRICTION
+from footfall.cli import terminal
+from footfall.cli.legged import judge_legged
+from footfall.cli.terminal import Json, RobotName, bar
 from footfall.core.errors import InvalidInput
-from footfall.legged_commands import judge_legged
-from footfall.terminal import Json, RobotName, bar
 
 if TYPE_CHECKING:
     from footfall.robot.model import Robot
@@ -83,9 +83,9 @@ def run_referee(
 
 def _given(source: Path, terrain: Path | None, robot: str) -> "tuple[Robot, Sequence, Dem]":
     """Robot, sequence and world: a session has all three, a stored plan its sequence only."""
+    from footfall.cli.recorded import RecordedSession, sequence_of
     from footfall.io.robot_files import load_robot
     from footfall.io.terrain_files import read_terrain
-    from footfall.recorded import RecordedSession, sequence_of
     from footfall.session.log.event import event_of
     from footfall.session.storage.store import read_session
     from footfall.terrain.dem import Dem

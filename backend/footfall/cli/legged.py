@@ -11,7 +11,7 @@ import numpy as np
 import typer
 from numpy.typing import NDArray
 
-from footfall import terminal
+from footfall.cli import terminal
 from footfall.core.errors import InvalidInput
 from footfall.core.value import fields_of
 from footfall.maps.refusals import NOTHING, REFUSALS
@@ -138,9 +138,9 @@ def judge_legged(
     path: str, source: Path, terrain: Path | None, physics: "PhysicsSettings", as_json: bool, others: Mapping[str, bool]
 ) -> NoReturn:
     """``footfall referee``; exit code 1 where something did not hold. others: as in :func:`plan_legged_walk`."""
+    from footfall.cli.recorded import sequence_of
     from footfall.io.any_robot import load_legged
     from footfall.io.terrain_files import read_terrain
-    from footfall.recorded import sequence_of
     from footfall.sim.physics.legged_referee import legged_referee
 
     robot = load_legged(path)

@@ -11,20 +11,19 @@ from typing import Annotated
 
 import typer
 
-from footfall import terminal
-from footfall.accounts_commands import accounts_app
-from footfall.core.errors import InvalidInput, NotFound
-from footfall.core.value import SOFTWARE_VERSION
-from footfall.gait_commands import plan_gait as run_plan_gait
-from footfall.map_commands import make_map
-from footfall.planning.step.problem import GOAL_ORDERS, PLANNERS
-from footfall.play_commands import run_play
-from footfall.referee_commands import run_referee
-from footfall.robot_commands import robot_app
-from footfall.route_commands import plan_route as run_plan_route
-from footfall.serve_commands import serve, worker
-from footfall.session_commands import DEFAULT_DATA, Data, sessions_app
-from footfall.terminal import (
+from footfall.cli import terminal
+from footfall.cli.accounts import accounts_app
+from footfall.cli.maps import make_map
+from footfall.cli.plan_gait import plan_gait as run_plan_gait
+from footfall.cli.plan_route import plan_route as run_plan_route
+from footfall.cli.plan_walk import WithGoal
+from footfall.cli.plan_walk import plan_walk as run_plan_walk
+from footfall.cli.play import run_play
+from footfall.cli.referee import run_referee
+from footfall.cli.robot import robot_app
+from footfall.cli.serve import serve, worker
+from footfall.cli.sessions import DEFAULT_DATA, Data, sessions_app
+from footfall.cli.terminal import (
     AtX,
     AtY,
     AtYaw,
@@ -37,10 +36,11 @@ from footfall.terminal import (
     bar,
     say,
 )
-from footfall.terrain_commands import terrain_app
-from footfall.view_commands import view_walk
-from footfall.walk_commands import WithGoal
-from footfall.walk_commands import plan_walk as run_plan_walk
+from footfall.cli.terrain import terrain_app
+from footfall.cli.view import view_walk
+from footfall.core.errors import InvalidInput, NotFound
+from footfall.core.value import SOFTWARE_VERSION
+from footfall.planning.step.problem import GOAL_ORDERS, PLANNERS
 
 app = typer.Typer(
     cls=Reporting,
@@ -180,8 +180,8 @@ def export(
     if page:
         _export_page(source, out, as_json)
         return
+    from footfall.cli.recorded import sequence_of
     from footfall.io.exports import export as run
-    from footfall.recorded import sequence_of
 
     sequence = sequence_of(source, robot, terrain)
     content = run(sequence, format, out)
@@ -195,8 +195,8 @@ def export(
 
 def _export_page(source: Path, out: Path | None, as_json: bool) -> None:
     from footfall.api.bodies.jsonable import jsonable
+    from footfall.cli.recorded import RecordedSession
     from footfall.io.session_page import encode
-    from footfall.recorded import RecordedSession
     from footfall.session.replay.page_story import page_story
 
     recorded = RecordedSession(source)
@@ -285,7 +285,7 @@ def doctor(
     as_json: Json = False,
 ) -> None:
     """Check that everything FootFall needs is here; exit code 1 where something is missing."""
-    from footfall.doctor import examine
+    from footfall.cli.doctor import examine
 
     findings = examine(data.expanduser(), store)
     if as_json:

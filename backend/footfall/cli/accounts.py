@@ -10,10 +10,10 @@ from typing import TYPE_CHECKING, Annotated
 
 import typer
 
-from footfall import terminal
+from footfall.cli import terminal
+from footfall.cli.terminal import Json, Reporting, say
 from footfall.core.errors import InvalidInput
 from footfall.session.access.identity import Identity, Role
-from footfall.terminal import Json, Reporting, say
 
 if TYPE_CHECKING:
     from footfall.session.access.accounts import Accounts
