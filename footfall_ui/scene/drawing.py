@@ -63,7 +63,7 @@ class Scene:
         server.scene.on_click()(self._clicked)
         self._live: LiveSession | None = None
         self._unlisten: Callable[[], None] = lambda: None
-        self._rover = RoverPart(server)
+        self._rover = RoverPart(server, self._turned)
         self._terrain = TerrainDrawing(server)
         self._footfall = FootfallDrawing(server)
         self._suggested = SuggestedDrawing(server)
@@ -262,6 +262,16 @@ class Scene:
             self._sag.show(live.robot, done, live.choices.view.scrub if follows else None)
 
     # -- clicks --------------------------------------------------------------------------------
+
+    def _turned(self) -> None:
+        def freed() -> None:
+            if self._live is None:
+                return
+            with acting(self._who):
+                if not self._live.choices.view.follows:
+                    self._live.choices.set_view(look="free")
+
+        self._redrawing.soon(freed)
 
     def _clicked(self, event: viser.SceneClickEvent) -> None:
         origin, direction = np.array(event.ray_origin), np.array(event.ray_direction)

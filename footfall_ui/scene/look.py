@@ -24,6 +24,8 @@ VIEW_ASIDE = 0.7
 """Angle between the first view and the leg [rad]."""
 MOVED = 0.005
 """A view goes along when what it follows has moved by more [m], of ATHLETE."""
+TURNED = 0.02
+"""A view is no longer that of a preset when it was turned by hand by more [m], of ATHLETE."""
 
 
 @dataclass(frozen=True)
@@ -74,23 +76,56 @@ def followed(look: str, robot: AnyRobot, state: RobotState, leg: int) -> Array |
     return state.T_site_base[:3, 3] if look == "follow" else None
 
 
+class Preset:
+    """A preset that a page was turned to. Views that it still tells from before it got there do not leave it."""
+
+    def __init__(self, eye: Eye, near: float) -> None:
+        self._eye, self._near = eye, near
+        self._reached = False
+
+    def take(self, camera: viser.CameraHandle) -> None:
+        """Turn a page there; one that is there already will not say so again."""
+        if camera.update_timestamp:
+            self.is_left_by(camera)
+        _put(camera, self._eye.position, self._eye.target)
+
+    def is_left_by(self, camera: viser.CameraHandle) -> bool:
+        """Whether the page was there and no longer is."""
+        off = max(
+            np.linalg.norm(camera.position - self._eye.position), np.linalg.norm(camera.look_at - self._eye.target)
+        )
+        if off <= self._near:
+            self._reached = True
+        return self._reached and bool(off > self._near)
+
+
 class Looking:
     """Turns the view of a page, or of every page of a server. What the operator turned by hand stays turned while the
     view goes along."""
 
-    def __init__(self, server: viser.ViserServer | viser.ClientHandle) -> None:
-        self._server = server
+    def __init__(
+        self, server: viser.ViserServer | viser.ClientHandle, turned: Callable[[], None] = lambda: None
+    ) -> None:
+        """turned: called when a page's operator has turned its view away from a preset that stays."""
+        self._server, self._turned = server, turned
         self._asked = 0
         self._at: Array | None = None
+        self._preset: Preset | None = None
+        if isinstance(server, viser.ClientHandle):
+            server.camera.on_update(self._heard)
 
     def look(self, look: str, asked: int, robot: AnyRobot, state: RobotState, leg: int) -> None:
         """asked: how often a look was asked for; each time it is taken anew."""
         point = followed(look, robot, state, leg)
         if asked != self._asked:
             self._asked, self._at = asked, point
+            self._preset = None
             eye = eye_of(look, robot, state, leg)
             if eye is not None:
-                self._in_loop(lambda camera: _put(camera, eye.position, eye.target))
+                preset = Preset(eye, TURNED * size(robot))
+                if point is None:
+                    self._preset = preset
+                self._in_loop(preset.take)
         elif point is not None and self._at is not None and np.linalg.norm(point - self._at) > MOVED * size(robot):
             along = point - self._at
             self._at = point
@@ -98,7 +133,7 @@ class Looking:
 
     def forget(self, asked: int) -> None:
         """Another session is shown, whose looks were taken already."""
-        self._asked, self._at = asked, None
+        self._asked, self._at, self._preset = asked, None, None
 
     def begin(self, eye: Eye) -> None:
         """Where a page that opens looks from."""
@@ -107,6 +142,12 @@ class Looking:
             self._server.initial_camera.look_at = eye.target
         else:
             self._in_loop(lambda camera: _put(camera, eye.position, eye.target))
+
+    def _heard(self, camera: viser.CameraHandle) -> None:
+        preset = self._preset
+        if preset is not None and preset.is_left_by(camera):
+            self._preset = None
+            self._turned()
 
     def _in_loop(self, turn: Callable[[viser.CameraHandle], None]) -> None:
         """A page's camera belongs to viser's loop."""

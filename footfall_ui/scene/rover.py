@@ -1,5 +1,7 @@
 """The rover as telemetry tells of it: its links, what works on them and on its wheels, and from where it is seen."""
 
+from collections.abc import Callable
+
 import viser
 
 from footfall.planning.step.problem import PlanResult
@@ -22,7 +24,8 @@ from footfall_ui.scene.torque import TorqueDrawing
 class RoverPart:
     """Draws one session's rover at a time; torques and cameras of robots of ATHLETE's build alone."""
 
-    def __init__(self, server: viser.ViserServer | viser.ClientHandle) -> None:
+    def __init__(self, server: viser.ViserServer | viser.ClientHandle, turned: Callable[[], None]) -> None:
+        """turned: called when the operator has turned the view away from the look that was asked for."""
         self._server = server
         self._of: LiveSession | None = None
         self._rover: DrawnRobot | None = None
@@ -32,7 +35,7 @@ class RoverPart:
         self._support = SupportDrawing(server)
         self._collision = CollisionDrawing(server)
         self._predicted = PredictedDrawing(server)
-        self._looking = Looking(server)
+        self._looking = Looking(server, turned)
         self._unseen = False
 
     def is_of(self, live: LiveSession) -> bool:

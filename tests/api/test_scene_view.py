@@ -28,7 +28,7 @@ from footfall.terrain.ground.surface import height_at
 from footfall_ui.scene import Scene
 from footfall_ui.scene.clicks import choose
 from footfall_ui.scene.goal import POLE
-from footfall_ui.scene.look import Looking, eye_of
+from footfall_ui.scene.look import Eye, Looking, Preset, eye_of
 from footfall_ui.scene.tracks import HALF, OVER, PRINTS, TracksDrawing, print_lines
 from tests.support.chassis_ground import wavy
 from tests.support.sequences import recorded
@@ -283,6 +283,8 @@ def test_a_stepped_session_shows_its_plan_suggestions_and_run(tmp_path):
 
 def test_a_look_turns_every_page_once_and_then_goes_along(athlete, state):
     class Camera:
+        update_timestamp = 1.0
+
         def __init__(self):
             self.position, self.look_at = np.array([9.0, 9.0, 9.0]), np.zeros(3)
 
@@ -318,6 +320,29 @@ def test_a_look_turns_every_page_once_and_then_goes_along(athlete, state):
     at = camera.position
     looking.look("top", 2, athlete, replace(state, T_site_base=pose), 2)
     assert camera.position is at
+
+
+def test_a_preset_is_left_when_a_page_that_was_there_is_turned_away():
+    class Camera:
+        update_timestamp = 1.0
+        position, look_at = np.array([9.0, 9.0, 9.0]), np.zeros(3)
+
+    def at(position):
+        camera.position = np.array(position)
+        return cast(Any, camera)
+
+    eye, camera = Eye(np.array([0.0, 0.0, 5.0]), np.zeros(3)), Camera()
+    preset = Preset(eye, 0.02)
+    preset.take(cast(Any, camera))
+    assert camera.position == pytest.approx(eye.position)
+    # what it tells from before it got there
+    assert not preset.is_left_by(at([9.0, 9.0, 9.0]))
+    assert not preset.is_left_by(at([0.0, 0.01, 5.0]))
+    assert preset.is_left_by(at([0.0, 0.03, 5.0]))
+    # a page that stands there already does not say so again
+    preset = Preset(eye, 0.02)
+    preset.take(at(eye.position))
+    assert preset.is_left_by(at([0.0, 1.0, 5.0]))
 
 
 def test_a_view_refuses_what_it_does_not_have():

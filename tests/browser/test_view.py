@@ -2,6 +2,7 @@
 
 from collections.abc import Callable
 
+import pytest
 from playwright.sync_api import Page, Route, expect
 
 from tests.support.server import Running
@@ -53,6 +54,27 @@ def test_switches_and_looks_are_the_session_s(console: Page, quiet: Running, loo
     until(lambda: view(quiet)["shown"]["swept"], "the switch by the palette")
     console.keyboard.press("-")
     expect(menu).not_to_have_attribute("open", "")
+
+
+@pytest.mark.scene
+def test_a_look_is_no_longer_chosen_once_the_view_was_turned_by_hand(page: Page, served: Running) -> None:
+    page.keyboard.press("-")
+    above = page.locator("#look-top")
+    above.click()
+    expect(above).to_have_attribute("aria-pressed", "true")
+    box = page.locator("#scene").bounding_box()
+    assert box is not None
+    x, y = box["x"] + box["width"] / 2, box["y"] + box["height"] / 2
+
+    def turned() -> bool:
+        page.mouse.move(x, y)
+        page.mouse.down()
+        page.mouse.move(x + 80, y - 60, steps=4)
+        page.mouse.up()
+        return view(served)["look"] == "free"
+
+    until(turned, "the view that is the operator's")
+    expect(above).to_have_attribute("aria-pressed", "false")
 
 
 def test_colours_are_made_fainter_with_a_slider(console: Page, quiet: Running) -> None:
