@@ -13,7 +13,7 @@ from hypothesis import strategies as st
 import footfall
 from footfall.core.errors import InvalidSequence
 from footfall.core.frames import apply
-from footfall.io.exports import SUFFIXES, export
+from footfall.io.exports import SUFFIXES, TITLES, export, formats_for
 from footfall.io.imports import sequence_of
 from footfall.io.urdf.read import read_urdf
 from footfall.planning.legged.problem import LeggedSettings
@@ -193,9 +193,21 @@ def test_f_prime_compiles_commands_of_three_joints_a_leg(sequence, tmp_path):
     assert sizes == {"FootFall.LegJoints": 3, "FootFall.Posture": 12}
 
 
+def test_what_is_offered_can_be_exported_and_nothing_else(sequence):
+    offered = formats_for(sequence)
+    assert list(offered) == list(TITLES)
+    assert {one for one, lack in offered.items() if lack} == {"yamcs", "html"}
+    for format, lack in offered.items():
+        if lack:
+            with pytest.raises(InvalidSequence, match=lack):
+                export(sequence, format)
+        else:
+            assert export(sequence, format)
+
+
 def test_what_a_format_can_not_carry_is_refused_by_name(made, sequence):
     for format, why in (("yamcs", "Yamcs stack.*names no joints"), ("html", "Sheet for print.*pictures")):
-        with pytest.raises(InvalidSequence, match=f"{why}"):
+        with pytest.raises(InvalidSequence, match=f"{why}.*; export them as JSON, CSV, SeqJSON, F Prime sequence"):
             export(sequence, format)
     layout = made[0].layout
     unlike = JointLayout(("a", "b"), (layout.joint_names[:4], layout.joint_names[4:]))

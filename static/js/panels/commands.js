@@ -134,6 +134,7 @@ function draw({ summary, sequence }) {
     : sending ? texts.atRow(lost && `${lost}: `, summary.gate.waiting ? texts.waitsBefore : texts.sending, (summary.gate.row ?? 0) + 1, summary.run?.rows.length ?? "–")
       : sequence && notNow(summary) ? texts.notArmedAs(notNow(summary)) : texts.notArmed; // what passes is said in sight: no hand has to point at the button
   drawWay(summary, sequence);
+  if (sequence) drawFormats(sequence.export_formats);
   drawTable(summary, sequence);
 }
 
@@ -141,6 +142,14 @@ function draw({ summary, sequence }) {
 const complete = () => texts.complete(known.sequence.commands.length);
 
 const notNow = (summary) => (summary.commands_carried_out ? complete() : unsure());
+
+// What can't carry these commands says why, and is not chosen.
+function drawFormats(lacks) {
+  const options = /** @type {HTMLOptionElement[]} */ ([...$("export-format").options]);
+  for (const option of options) Object.assign(option, { disabled: Boolean(lacks[option.value]), title: lacks[option.value] ?? "" });
+  const chosen = options.find((one) => one.selected);
+  if (chosen?.disabled) $("export-format").value = options.find((one) => !one.disabled)?.value ?? "";
+}
 
 // How the next commands will take the rover, before they are made; and how those that are there do.
 function drawWay({ way_of_commands: way }, sequence) {

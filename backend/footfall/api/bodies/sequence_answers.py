@@ -44,6 +44,7 @@ class SequenceAnswer(TypedDict):
     """Commands, what each leads to, and every rule.
 
     way: how the rover is commanded, and whether its sag is predicted.
+    export_formats: format → why it can't carry these commands, "" where it can.
     starts_from: what says from where they start: their plan, the file that they were read from, or the rover as it
     stood then (or was looked at in a what-if), where the file doesn't say.
     tether_lengths: what is paid out of the tether before the first command and after each [m]; null: there is none.
@@ -67,6 +68,7 @@ class SequenceAnswer(TypedDict):
     parents: dict[str, str]
     starts_from: Literal["plan", "file", "rover"]
     way: WayOfCommands
+    export_formats: dict[str, str]
     foot_moves: list[FootMoveRows]
     current: bool
     can_undo: bool

@@ -17,7 +17,7 @@ from footfall.api.execution_orders import settings_of_order
 from footfall.api.lineage import Lineage, find, head_of
 from footfall.api.routing import Routes, files
 from footfall.core.errors import InvalidInput, NotFound
-from footfall.io.exports import MEDIA, SUFFIXES
+from footfall.io.exports import MEDIA, SUFFIXES, formats_for
 from footfall.io.exports import export as encode
 from footfall.robot.model import Robot
 from footfall.sequence.commands import Command, Sequence
@@ -239,6 +239,7 @@ def sequence_body(lineage: Lineage, digest: str, response: Response) -> Sequence
         "parents": dict(sequence.provenance.parents),
         "starts_from": _starts_from(lineage, digest),
         "way": lineage.live.executions.way_of(digest),
+        "export_formats": formats_for(sequence),
         "foot_moves": [cast(FootMoveRows, asdict(one)) for one in _foot_moves(lineage.live, digest)],
         "current": digest == lineage.head,
         "can_undo": digest == lineage.head and lineage.head != lineage.root,

@@ -72,6 +72,11 @@ TITLES = {
 """format name → its name for a person, in the order that they are offered"""
 
 
+def formats_for(sequence: Sequence) -> dict[str, str]:
+    """Format name → why it can't carry these commands, "" where it can; in the order that they are offered."""
+    return {one: "" if sequence.described is None else NOT_DESCRIBED.get(one, "") for one in TITLES}
+
+
 def export(
     sequence: Sequence,
     format: str,
@@ -98,8 +103,12 @@ def export(
     if format not in FORMATS:
         raise NotFound(f"there is no export format {format!r}; there are {', '.join(FORMATS)}", format=format)
     require_exportable(sequence)
-    if sequence.described is not None and format in NOT_DESCRIBED:
-        raise InvalidSequence(f"{TITLES[format]} can't carry commands of {sequence.robot}: {NOT_DESCRIBED[format]}")
+    formats = formats_for(sequence)
+    if formats[format]:
+        others = ", ".join(TITLES[one] for one, lack in formats.items() if not lack)
+        raise InvalidSequence(
+            f"{TITLES[format]} can't carry commands of {sequence.robot}: {formats[format]}; export them as {others}"
+        )
     if sequence.described is not None and format == "csv":
         data = as_joint_csv.encode(sequence, first_row)
     elif format == "html":
