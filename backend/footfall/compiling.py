@@ -130,6 +130,14 @@ def _whole_rover(robot: Robot, ground: Dem, state: RobotState) -> None:
     body.ground_gap(Ts_site_base[:, None] @ links, body.links, touching=robot.legs)
 
 
+def _other_robot(robot: Robot, ground: Dem, state: RobotState) -> None:
+    import footfall
+    from footfall.planning.legged.circulate import plan_circulating
+
+    ambler = footfall.load_robot("ambler")
+    plan_circulating(ambler, ground, footfall.stand(ambler, ground), (0.1, 0.0))
+
+
 def _limb(robot: Robot, ground: Dem, state: RobotState) -> None:
     from footfall.robot.limb.limb import limb_of
     from footfall.robot.limb.numeric import NumericLimb
@@ -162,6 +170,7 @@ WORK: dict[str, Callable[[Robot, Dem, RobotState], None]] = {
     "route": _route,
     "gait": _gait,
     "limb": _limb,
+    "another robot": _other_robot,
     "sag": _sag,
     "maps with friction": _maps,
     "images to terrain": _images,

@@ -13,6 +13,7 @@ from numpy.typing import ArrayLike
 from footfall.balance.balance_settings import GRAVITY, SIDES
 from footfall.balance.cones import facets
 from footfall.balance.friction import FRICTION
+from footfall.balance.legged_effort_kernel import moves_of
 from footfall.balance.region import require_stance
 from footfall.balance.simplex import INFEASIBLE, OPTIMAL, UNFINISHED
 from footfall.balance.torque_kernel import least_ratio
@@ -110,8 +111,7 @@ def efforts_under(
 def _moves(robot: LeggedRobot, leg: int, point: Array, axes: Array, origins: Array) -> Array:
     """How a point of the last body, (3,) in base [m], moves with the leg's joints, (own joints, 3)."""
     part = robot.slices[leg]
-    turns = np.cross(axes[part], point - origins[part])
-    return np.where(robot.limbs[leg].limb.slides[:, None], axes[part], turns)
+    return moves_of(point, axes[part], origins[part], robot.limbs[leg].limb.slides)
 
 
 def _least(arms: Array, faces: Array, effect: Array, constant: Array) -> tuple[int, float]:

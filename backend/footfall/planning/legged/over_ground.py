@@ -7,10 +7,10 @@ import trimesh
 
 from footfall.core.arrays import Array
 from footfall.core.mesh import Mesh
+from footfall.planning.legged.over_ground_kernel import lowest_of
 from footfall.robot.legged.legged_robot import LeggedRobot
 from footfall.robot.legged.posture import Placed
 from footfall.terrain.dem import Dem
-from footfall.terrain.ground.surface import height_at
 
 NEAR_SOLE = 2.0
 """Clearances around a sole within which a body may be nearer to the ground: there the foot stands."""
@@ -47,19 +47,16 @@ class Surfaces:
         highest = _highest_around(dem, Ts[:, :3, 3], self._reach)
         low = Ts[:, 2, 3] - self._reach - highest
         found = Lowest(np.inf, -1, np.full(3, np.nan))
+        grid = np.array([dem.geometry.x0, dem.geometry.y0, dem.geometry.resolution])
         for body in np.argsort(low):
             if low[body] > min(found.height, 2 * self.clearance) or not len(self._points[body]):
                 continue
-            points = self._points[body] @ Ts[body, :3, :3].T + Ts[body, :3, 3]
             leg = self._leg_of.get(int(body))
-            if leg is not None:
-                points = points[((points - soles[leg]) ** 2).sum(axis=1) > self._near[leg] ** 2]
-            over = points[:, 2] - height_at(dem, points[:, 0], points[:, 1])
-            if not len(over):
-                continue
-            at = int(np.argmin(over))  # NaN counts as least
-            if not over[at] >= found.height:
-                found = Lowest(float(over[at]), int(body), points[at])
+            sole, near = (np.zeros(3), -1.0) if leg is None else (soles[leg], self._near[leg])
+            over, at = lowest_of(self._points[body], Ts[body], sole, near, dem.heights, grid, highest)
+            if at >= 0 and not over >= found.height:
+                place = Ts[body, :3, :3] @ self._points[body][at] + Ts[body, :3, 3]
+                found = Lowest(over, int(body), place)
             if np.isnan(found.height):
                 break
         return found

@@ -121,9 +121,8 @@ class WholeCheck:
     def _self(self, q: Array, T_site_base: Array, feet: Feet, where: Placed) -> tuple[float, str]:
         if not len(self.apart.pairs):
             return np.inf, "no pair"
-        spare = self.apart.distances(where.Ts_base_body) - self.apart.least
-        at = int(np.argmin(spare))
-        return float(spare[at]), self.apart.pair_names(at)
+        spare, at = self.apart.nearest(where.Ts_base_body)
+        return spare, self.apart.pair_names(at)
 
     def _effort(self, q: Array, T_site_base: Array, feet: Feet, where: Placed) -> tuple[float, str]:
         standing = list(feet.standing)

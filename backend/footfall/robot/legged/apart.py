@@ -1,7 +1,7 @@
 """How far apart the bodies of a legged robot are, pair by pair.
 
-First by balls around them, then by convex hulls of their shapes, last by their meshes: the first two never say more
-than the distance is, so what they call free is free.
+First by balls around them, then by capsules, by convex hulls of their shapes, last by their meshes: what comes before
+the meshes never says more than the distance is, so what it calls free is free.
 """
 
 from itertools import combinations
@@ -11,6 +11,7 @@ import numpy as np
 
 from footfall.core.arrays import Array
 from footfall.core.mesh import Mesh
+from footfall.robot.legged.apart_kernel import bounds
 from footfall.robot.legged.legged_robot import LeggedRobot
 from footfall.robot.meshes.bvh import bvh
 
@@ -33,8 +34,9 @@ class BodyPairs:
         self.least = np.array([robot.clearances[_kind(robot, *pair)] for pair in pairs])
         self._hulls = [[_hull(mesh) for mesh in shapes] for shapes in robot.shapes]
         self._meshes = [[bvh(mesh) for mesh in shapes] for shapes in robot.shapes]
-        balls = [_ball(shapes) for shapes in robot.shapes]
-        self._centers, self._radii = np.array([c for c, _ in balls]), np.array([r for _, r in balls])
+        self._balls = np.array([_ball(shapes) for shapes in robot.shapes])
+        self._capsules = np.array([_capsule(mesh) for shapes in robot.shapes for mesh in shapes]).reshape(-1, 7)
+        self._starts = np.cumsum([0, *(len(shapes) for shapes in robot.shapes)])
 
     def at_ease(self, Ts_base_body: Array) -> None:
         """Lower the clearance of pairs that are built nearer: see LEAST_SHARE. Body poses: (bodies, 4, 4)."""
@@ -42,19 +44,44 @@ class BodyPairs:
 
     def distances(self, Ts_base_body: Array) -> Array:
         """A lower bound of each pair's distance (n,) [m], exact where it is below the pair's clearance; 0: touching."""
-        centers = np.einsum("bij,bj->bi", Ts_base_body[:, :3, :3], self._centers) + Ts_base_body[:, :3, 3]
-        a, b = self.pairs.T
-        found = np.linalg.norm(centers[a] - centers[b], axis=1) - self._radii[a] - self._radii[b]
+        found, _ = self._bounds(Ts_base_body)
         placed: dict[int, coal.Transform3s] = {}
         for row in np.flatnonzero(found < self.least):
-            one, other = int(a[row]), int(b[row])
-            for body in (one, other):
-                if body not in placed:
-                    placed[body] = coal.Transform3s(Ts_base_body[body, :3, :3], Ts_base_body[body, :3, 3])
-            found[row] = _between(self._hulls, one, other, placed)
-            if found[row] < self.least[row]:
-                found[row] = max(_between(self._meshes, one, other, placed), 0.0)
+            found[row] = self._between(int(row), Ts_base_body, placed)
         return found
+
+    def nearest(self, Ts_base_body: Array) -> tuple[float, int]:
+        """The least of distance less clearance over all pairs [m], with :meth:`distances`, and the number of that pair.
+
+        Pairs are asked for their distance only while their capsules leave it open whether theirs is the least.
+        """
+        found, least_by_capsules = self._bounds(Ts_base_body)
+        spare = found - self.least
+        at = np.where(spare < 0, np.inf, spare)
+        nearest, row = float(at.min()), int(np.argmin(at))
+        placed: dict[int, coal.Transform3s] = {}
+        open_yet = np.flatnonzero(spare < 0)
+        at_least = least_by_capsules[open_yet] - self.least[open_yet]
+        for one in np.argsort(at_least, kind="stable"):
+            if at_least[one] > nearest:
+                break
+            here = int(open_yet[one])
+            size = self._between(here, Ts_base_body, placed) - float(self.least[here])
+            if size < nearest:
+                nearest, row = size, here
+        return nearest, row
+
+    def _bounds(self, Ts_base_body: Array) -> tuple[Array, Array]:
+        return bounds(Ts_base_body, self._balls, self._capsules, self._starts, self.pairs)
+
+    def _between(self, row: int, Ts_base_body: Array, placed: dict[int, coal.Transform3s]) -> float:
+        """A pair's distance by hulls, and by meshes where those are nearer than its clearance [m]; 0: touching."""
+        one, other = (int(body) for body in self.pairs[row])
+        for body in (one, other):
+            if body not in placed:
+                placed[body] = coal.Transform3s(Ts_base_body[body, :3, :3], Ts_base_body[body, :3, 3])
+        found = _between(self._hulls, one, other, placed)
+        return found if found >= self.least[row] else max(_between(self._meshes, one, other, placed), 0.0)
 
     def pair_names(self, row: int) -> str:
         """The names of a pair."""
@@ -89,10 +116,24 @@ def _hull(mesh: Mesh) -> coal.ConvexBase:
     return coal.ConvexBase.convexHull(corners, True, "Qt")
 
 
-def _ball(shapes: tuple[Mesh, ...]) -> tuple[Array, float]:
-    """Centre and radius of a ball around shapes [m]; nothing for none."""
+def _ball(shapes: tuple[Mesh, ...]) -> Array:
+    """Centre and radius of a ball around shapes, (4,) [m]; nothing for none."""
     if not shapes:
-        return np.zeros(3), 0.0
+        return np.zeros(4)
     points = np.concatenate([mesh.vertices for mesh in shapes])
     center = (points.min(axis=0) + points.max(axis=0)) / 2
-    return center, float(np.linalg.norm(points - center, axis=1).max())
+    return np.append(center, np.linalg.norm(points - center, axis=1).max())
+
+
+def _capsule(mesh: Mesh) -> Array:
+    """Both ends and the radius of a capsule around a shape, (7,) [m]."""
+    middle = (mesh.vertices.min(axis=0) + mesh.vertices.max(axis=0)) / 2
+    points = mesh.vertices - middle
+    axis = np.linalg.svd(points, full_matrices=False)[2][0]
+    along = points @ axis
+    aside = np.linalg.norm(points - along[:, None] * axis, axis=1)
+    cap = np.sqrt(aside.max() ** 2 - aside**2)
+    # as short as holds every point; nothing is left of what is no longer than it is wide
+    first, last = (along + cap).min(), (along - cap).max()
+    first, last = (first, last) if first < last else ((first + last) / 2,) * 2
+    return np.concatenate([middle + first * axis, middle + last * axis, [aside.max()]])
