@@ -1,10 +1,11 @@
 """What robots that others described can do, from standing to physics: the tables of docs/robots.md, row by row.
 
 ``python -m benchmarks.legged_walks [--metres 3] [--margin 0.05] [--ground smooth …] [--parts maps …] [--only A1 …]``
-prints a row as soon as it is known: robot, ground, whether it stands; green cells of each leg's map; of 30 steps how
-many are found and hold in the recheck; the walk, its recheck, its commands, physics; whether another process plans the
-recorded walk again to the same digest; the stride. Robots come from example-robot-data (extra dev) and a made hexapod.
-A part that was not asked for is told as "not run".
+prints a row as soon as it is known: robot, ground, whether it stands; green cells of each leg's map, and how much of it
+is judged; of 30 steps, each from where the one before ended, how many are found and hold in the recheck; the walk, its
+recheck, its commands and the files that they were read back from, physics; whether another process plans the recorded
+walk again to the same digest; the stride. Robots come from example-robot-data (extra dev) and a made hexapod. A part
+that was not asked for is told as "not run".
 """
 
 import argparse
@@ -20,11 +21,12 @@ from pathlib import Path
 import numpy as np
 
 import footfall
-from footfall.core.errors import InvalidInput, InvalidRobot
+from footfall.core.errors import InvalidInput, InvalidRobot, InvalidSequence
 from footfall.io.artifacts import decode, encode
-from footfall.io.exports import export
+from footfall.io.exports import SUFFIXES, TITLES, export, formats_for
+from footfall.io.imports import sequence_of
 from footfall.io.urdf.read import read_urdf
-from footfall.maps.refusals import NOTHING
+from footfall.maps.refusals import NOTHING, UNKNOWN
 from footfall.planning.legged.at_ease import at_ease
 from footfall.planning.legged.leg_maps import compute_maps
 from footfall.planning.legged.problem import LeggedPlan, LeggedResult, LeggedSettings, LeggedState
@@ -40,6 +42,7 @@ from footfall.terrain.dem import Dem
 from footfall.terrain.generate import fractal, plane
 from tests.support.legged_recheck import Recheck, faults, said
 from tests.support.robot_data import QUADRUPEDS, described
+from tests.support.sequences import require_same_commands
 from tests.support.walkers import ring
 
 HEXAPOD = "Hexapod (made)"
@@ -51,6 +54,8 @@ EVERY = 60
 """Waypoints between two rechecks of forces and distances; the weight is looked at in each."""
 
 
+WRITTEN_ONLY = ("fprime-dictionary",)
+"""Formats that nothing is read from: what the F Prime dictionary names stands in the F Prime sequence."""
 STEPS, SEED = 30, 5
 NEAR, CELLS = 4.0, 32
 """Side of the ground of maps and steps, in longest legs, and how many cells it has."""
@@ -109,21 +114,24 @@ def _rows_of(name: str, urdf: Path, asked: Asked) -> Iterator[str]:
 
 
 def _mapped(robot: LeggedRobot, dem: Dem, state: LeggedState, asked: Asked) -> str:
-    """Green cells of each leg's map."""
-    began = time.process_time()
-    codes = [compute_maps(robot, dem, state, leg, asked.settings).layers["refused_by"] for leg in robot.legs]
+    """Green cells of each leg's map, of how many cells, and which share of these is judged."""
+    codes = np.array([compute_maps(robot, dem, state, leg, asked.settings).layers["refused_by"] for leg in robot.legs])
     greens = ", ".join(str(int((code == NOTHING).sum())) for code in codes)
-    return f"{greens} cells, {time.process_time() - began:.0f} s"
+    return f"{greens} of {codes[0].size} cells, {(codes != UNKNOWN).mean():.0%} judged"
 
 
 def _stepped(robot: LeggedRobot, urdf: Path, dem: Dem, state: LeggedState, asked: Asked) -> str:
-    """Steps to seeded places within a stroke of the foot: how many were found and hold in the recheck."""
+    """Steps to seeded places within a stroke of where each foot stood first, one after the other.
+
+    Told is how many were found and hold in the recheck; after one that is not found the next begins where it did.
+    """
+    first = state
     rng, stroke = np.random.default_rng(SEED), at_ease(robot).stroke
     recheck, held, wrong = _recheck(robot, urdf), 0, Counter[str]()
     for number in range(STEPS):
         leg, angle = number % len(robot.legs), rng.uniform(-np.pi, np.pi)
         away = stroke * np.sqrt(rng.uniform()) * np.array([np.cos(angle), np.sin(angle)])
-        x, y = (float(part) for part in state.soles[leg, :2] + away)
+        x, y = (float(part) for part in first.soles[leg, :2] + away)
         result = plan_step(robot, dem, state, leg, (x, y), asked.settings)
         if result.plan is None:
             wrong[result.status.value] += 1
@@ -131,6 +139,7 @@ def _stepped(robot: LeggedRobot, urdf: Path, dem: Dem, state: LeggedState, asked
         found = faults(recheck.walk(dem, result.plan, EVERY))
         held += not found
         wrong.update(found)
+        state = result.plan.end
     return ", ".join([f"{held} of {STEPS}", *(f"{count} {reason}" for reason, count in wrong.items())])
 
 
@@ -182,11 +191,37 @@ def _commanded(robot: LeggedRobot, dem: Dem, plan: LeggedPlan, asked: Asked) -> 
         return
     sequence = footfall.make_sequence(plan, robot, dem)
     if sequence.valid:
-        lines = len(export(sequence, "csv").splitlines()) - 1
-        yield f"{lines} rows"
+        yield f"{len(sequence.commands)} rows; {_read_back(robot, sequence, dem, plan.start)}"
     else:
         yield f"no: {'; '.join(sorted({one.rule for one in sequence.failures}))}"
     yield _judged(robot, sequence, dem) if "physics" in asked.parts else "not run"
+
+
+def _read_back(robot: LeggedRobot, sequence: Sequence, dem: Dem, state: LeggedState) -> str:
+    """Which files of the commands say the same when they are read, which do not, and which nobody reads."""
+    told: dict[str, list[str]] = {"read back alike": [], "written": [], "NOT ALIKE": []}
+    for format, lack in formats_for(sequence).items():
+        if lack:
+            continue
+        data = export(sequence, format)
+        if format in WRITTEN_ONLY:
+            told["written"].append(TITLES[format])
+            continue
+        told["read back alike" if _is_alike(format, data, robot, sequence, dem, state) else "NOT ALIKE"].append(
+            TITLES[format]
+        )
+    return "; ".join(f"{', '.join(titles)} {what}" for what, titles in told.items() if titles)
+
+
+def _is_alike(format: str, data: bytes, robot: LeggedRobot, sequence: Sequence, dem: Dem, state: LeggedState) -> bool:
+    try:
+        # a table alone does not say from where its commands start
+        found = sequence_of(f"walk{SUFFIXES[format]}", data, robot, dem, state if format == "csv" else None)
+        require_same_commands(found.commands, sequence.commands)
+    except (InvalidSequence, AssertionError) as error:
+        sys.stderr.write(f"{robot.name}, {format}: {error}\n")
+        return False
+    return found.valid
 
 
 def _judged(robot: LeggedRobot, sequence: Sequence, dem: Dem) -> str:
