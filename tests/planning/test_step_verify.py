@@ -168,7 +168,7 @@ def test_only_waypoints_that_are_chosen_count():
     assert (check.holds, check.margin) == (True, 0.1)
     assert "at waypoint 3 (lower)" in check.where
     none, _ = clearance(Asked(), least(-1.0, -1.0, -1.0, -1.0), chosen=np.zeros(4, bool))
-    assert (none.holds, none.margin) == (True, inf)
+    assert (none.holds, none.margin, none.where) == (True, inf, "nothing of the path")
 
 
 def test_a_gap_of_nothing_holds_and_less_does_not():

@@ -52,7 +52,8 @@ def how_to_see(robot: Robot, dem: Dem, state: RobotState, place: ArrayLike, radi
         return "take images: from here they show it"
     for leg, lifted in islice(_lifted(robot, state, unknown), NEAREST):
         if in_view(robot, dem, lifted, unknown).mean() >= ENOUGH:
-            return f"leg {leg} hides it: take images while that leg is {LIFTED:g} m up, as in a step sent row by row"
+            up = f"take images while that leg is {LIFTED:g} m up"
+            return f"leg {leg} hides it: {up}, as in a step onto its own place that is sent row by row"
     return "no camera sees it from here: take images from elsewhere"
 
 

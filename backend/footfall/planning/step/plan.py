@@ -19,6 +19,7 @@ from footfall.core.value import Provenance
 from footfall.planning.answers import Check, No, Status
 from footfall.planning.looking.how_to_see import how_to_see
 from footfall.planning.scene.ground import Contact, footfall_contact
+from footfall.planning.scene.lift import branch_of
 from footfall.planning.step.footing import LegStance
 from footfall.planning.step.goals import ADVICE, Goal, Goals
 from footfall.planning.step.lift_off import lift_off
@@ -31,6 +32,7 @@ from footfall.planning.step.shut_in import shut_in
 from footfall.planning.step.situation import RAISED, Situation
 from footfall.planning.step.through import require_points, via_postures
 from footfall.planning.step.turns import QUICK, Turn, Turns
+from footfall.planning.step.up_and_back import where_it_stands
 from footfall.planning.step.verify import recheck
 from footfall.planning.watch import OutOfTime, OutOfTurn, Watch
 from footfall.robot.model import Robot
@@ -183,10 +185,15 @@ class _Attempt:
         self.through, self.explain = through, explain
 
     def run(self, footfall: Footfall) -> _Yes | No:
-        contact = footfall_contact(self.robot, self.dem, footfall.x, footfall.y)
-        if isinstance(contact, No):
-            return contact
         stance = LegStance(self.robot, self.dem, self.state, self.leg)
+        contact = footfall_contact(self.robot, self.dem, footfall.x, footfall.y)
+        if not isinstance(contact, No):
+            return self._step(stance, contact)
+        unseen = contact.status is Status.UNKNOWN_GROUND and not self.through
+        stands = where_it_stands(stance, footfall) if unseen else None
+        return contact if stands is None else self._up_and_back(stance, stands)
+
+    def _step(self, stance: LegStance, contact: Contact) -> _Yes | No:
         start = lift_off(stance, self.settings, self.watch)
         if isinstance(start, No):
             return start
@@ -196,6 +203,20 @@ class _Attempt:
         if goals.refusal:
             return No(Status.GOAL_INVALID, goals.refusal)
         return self._search(situation, contact, up, goals)
+
+    def _up_and_back(self, stance: LegStance, contact: Contact) -> _Yes | No:
+        """Onto the contact that the wheel has, joint for joint as it was lifted."""
+        start = lift_off(stance, self.settings, self.watch)
+        if isinstance(start, No):
+            return start
+        up = start.up
+        waypoints, phases = self._joined(up, up[-1:], up[::-1])
+        self.watch.phase(0.85, "checking the whole path")
+        checks = recheck(start.situation, self.dem, waypoints, phases, self.watch.pulse)
+        bad = next((check for check in checks if not check.holds), None)
+        if bad is not None:
+            return No(Status.NO_PATH, f"up and back fails the check of {_check_in_words(bad)}; {ADVICE}", checks)
+        return _Yes(waypoints, phases, checks, contact, branch_of(self.robot, self.leg, up[0]), "line", ())
 
     def _search(self, situation: Situation, contact: Contact, up: Array, goals: Goals) -> _Yes | No:
         if self.through:

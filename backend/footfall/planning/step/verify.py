@@ -191,7 +191,9 @@ def _clearance(
     # a collision between waypoints has no size here: no number is better than a kind one
     size = least.spare if hit is None or least.spare < 0 else float("nan")
     holds = hit is None and least.spare >= 0
-    place = f"{least.between}, beyond δ, at waypoint {at} ({path.phases[at]})"
+    place = (
+        f"{least.between}, beyond δ, at waypoint {at} ({path.phases[at]})" if len(numbers) else "nothing of the path"
+    )
     return Check(name, holds, size, "m", where or place)
 
 
