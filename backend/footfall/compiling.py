@@ -131,11 +131,12 @@ def _whole_rover(robot: Robot, ground: Dem, state: RobotState) -> None:
 
 
 def _other_robot(robot: Robot, ground: Dem, state: RobotState) -> None:
-    import footfall
+    from footfall.io.any_robot import load_legged
     from footfall.planning.legged.circulate import plan_circulating
+    from footfall.planning.legged.stand import stand
 
-    ambler = footfall.load_robot("ambler")
-    plan_circulating(ambler, ground, footfall.stand(ambler, ground), (0.1, 0.0))
+    ambler = load_legged("ambler")
+    plan_circulating(ambler, ground, stand(ambler, ground), (0.1, 0.0))
 
 
 def _limb(robot: Robot, ground: Dem, state: RobotState) -> None:

@@ -10,7 +10,7 @@ from footfall.session.live import LiveSession
 from footfall.sim.physics.rover import PhysicalRover
 
 BY_ROVER = ("images", "physics")
-BY_ACT = {"look": "map", "replan": "plan", "go": "execution"}
+BY_ACT = {"look": "map", "lift": "map", "replan": "plan", "go": "execution"}
 """Decision → the part that counts for all that the rover itself does not take until the next."""
 
 
@@ -43,7 +43,9 @@ class Diary:
     def in_words(self, foot_moves: int) -> str:
         """Processor time of each part, of one of so many foot moves."""
         each = max(foot_moves, 1)
-        parts = ", ".join(f"{part} {self.costs[part] / each:z.1f}" for part in (*BY_ROVER, *BY_ACT.values()))
+        parts = ", ".join(
+            f"{part} {self.costs[part] / each:z.1f}" for part in dict.fromkeys((*BY_ROVER, *BY_ACT.values()))
+        )
         return f"processor time of a foot move [s]: {parts}; in all {sum(self.costs.values()) / each:z.1f}"
 
     def _hear(self, message: dict[str, Any]) -> None:

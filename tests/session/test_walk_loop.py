@@ -10,8 +10,9 @@ from shapely.geometry import LineString, Point
 
 import footfall.session.walking as walking_module
 from footfall.core.errors import CommandRefused, Conflict, InvalidInput
-from footfall.core.frames import inverse, rotation, transform
+from footfall.core.frames import apply, inverse, rotation, transform
 from footfall.planning.answers import Status
+from footfall.planning.looking.how_to_see import LIFTED
 from footfall.planning.route.problem import NoGo, RouteSettings
 from footfall.planning.walk import plan as planning
 from footfall.planning.walk.problem import WalkGoal, WalkSettings
@@ -19,6 +20,7 @@ from footfall.planning.walk.smoothing import Smoothing
 from footfall.planning.walk_execution.decision import WayOnSettings
 from footfall.planning.walk_execution.firmer import firmer
 from footfall.planning.watch import OutOfTime, Watch
+from footfall.robot.kinematics import wheel_centers
 from footfall.sequence.commands import wait
 from footfall.sequence.edit import Edit
 from footfall.session.access.identity import Identity, Role
@@ -276,11 +278,11 @@ def test_an_arming_that_ran_out_is_made_anew(live, rover, monkeypatch):
     gate, send, tried = live.rover.commanding.gate, live.commands.send, []
     clock = gate._clock
 
-    def too_late(token, sequence, who):
+    def too_late(token, sequence, who, row_by_row):
         if not tried:
             monkeypatch.setattr(gate, "_clock", lambda: clock() + ARMED_FOR + 1.0)
         tried.append(sequence)
-        return send(token, sequence, who)
+        return send(token, sequence, who, row_by_row)
 
     monkeypatch.setattr(live.commands, "send", too_late)
     loop = live.walk_to(GOAL, UNSEEN)
@@ -631,3 +633,84 @@ def test_what_the_rover_carries_counts_in_whether_it_stands_steadily(live, rover
     found = ended(live.walk_to(GOAL, replace(UNSEEN, walk=laden)))
     assert (found[0], found[1].startswith("the centre of mass is")) == ("stopped", True), found
     assert rover.sent == []
+
+
+HOPELESS = replace(UNSEEN, walk=replace(UNSEEN.walk, least_margin=3.0))
+"""No walk keeps such a margin, so that every plan is in vain."""
+
+
+@pytest.fixture
+def hidden(live, rover, dem):
+    """Ground with a hole at the wheel of leg 2, which hides it."""
+    x, y, _ = apply(rover.state.T_site_base, wheel_centers(live.robot, rover.state.posture))[2]
+    east, north = np.meshgrid(dem.geometry.xs, dem.geometry.ys)
+    out = np.array([x, y]) / np.hypot(x, y)
+    hole = np.hypot(east - x - 0.1 * out[0], north - y - 0.1 * out[1]) <= 0.3
+    live.terrains.load(replace(dem, heights=np.where(hole, np.float32(np.nan), dem.heights)))
+    return rover
+
+
+def heights_of_wheels(live, state):
+    return apply(state.T_site_base, wheel_centers(live.robot, state.posture))[:, 2]
+
+
+def looks_of(live, rover, monkeypatch, before=lambda: None):
+    """Takes the place of images and of the maps made of them; how high each wheel is over where it stood, at each."""
+    first, found = heights_of_wheels(live, rover.state), []
+
+    def take(_):
+        before()
+        found.append(heights_of_wheels(live, rover.state) - first)
+
+    monkeypatch.setattr(WalkLoop, "_take_images", take)
+    monkeypatch.setattr(
+        WalkLoop, "_map_anew", lambda _, so_far: replace(so_far, moved=0, looked=True, refused="", nearest=None)
+    )
+    return found
+
+
+def test_where_plans_are_in_vain_it_lifts_the_leg_that_hides_ground_and_looks(live, hidden, monkeypatch):
+    looks, stood = looks_of(live, hidden, monkeypatch), hidden.state.posture
+    loop = live.walk_to(GOAL, HOPELESS)
+    assert ended(loop)[0] == "stopped"
+    acts = decided(live)
+    # the hole stays, as nothing is seen here: the leg is not lifted again
+    assert acts == ["replan", "look", "replan", "lift", *["replan"] * 5, "stop", "end"]
+    plain, up = looks
+    np.testing.assert_array_equal(plain, 0.0)
+    np.testing.assert_allclose(up, [0, 0, LIFTED, 0, 0, 0], atol=2e-3)
+    np.testing.assert_allclose(hidden.state.posture, stood, atol=1e-9)
+    [told] = [event.payload["reason"] for event in live.events() if event.payload.get("act") == "lift"]
+    assert told.startswith(f"images with leg 2 {LIFTED:g} m up show ")
+    assert live.commands.run["outcome"] == "done"
+    assert replay(live.export_bundle()).ok
+
+
+def test_a_leg_that_somebody_lets_down_before_the_look_is_carried_out_to_its_end(live, hidden, monkeypatch):
+    looks = looks_of(live, hidden, monkeypatch)
+    loop = live.walk_to(GOAL, HOPELESS)
+
+    def lets_all_go(rows):
+        if rows == 2:
+            loop.hold()
+            loop.go_on()
+
+    hidden.before_row = lets_all_go
+    assert ended(loop)[0] == "stopped"
+    assert len(looks) == 1
+    assert live.commands.run["outcome"] == "done"
+    assert decided(live).count("lift") == 1
+
+
+def test_held_with_the_leg_up_it_looks_and_waits_until_it_goes_on(live, hidden, monkeypatch):
+    holds = []
+    looks = looks_of(live, hidden, monkeypatch, before=lambda: holds and holds.pop()())
+    loop = live.walk_to(GOAL, HOPELESS)
+    hidden.before_row = lambda rows: rows == 1 and holds.append(loop.hold)
+    until(lambda: loop.state == "held" and len(looks) == 2, "the hold", seen=loop.as_dict)
+    sent = len(hidden.sent)
+    assert looks[1][2] == pytest.approx(LIFTED, abs=2e-3)
+    loop.go_on()
+    assert ended(loop)[0] == "stopped"
+    assert len(hidden.sent) > sent
+    np.testing.assert_allclose(hidden.state.posture, live.get(live.state.sequence).predicted[-1])

@@ -1,11 +1,11 @@
 """What the forces on standing feet do to the joints of a legged robot: compiled."""
 
 from footfall.compiled import njit
-from footfall.core.arrays import Array
+from footfall.core.arrays import Array, Mask
 
 
 @njit()
-def moves_of(point: Array, axes: Array, origins: Array, slides: Array) -> Array:
+def moves_of(point: Array, axes: Array, origins: Array, slides: Mask) -> Array:
     """How a point of the last body, (3,) [m], moves with a leg's joints, (joints, 3).
 
     axes, origins: of the joints (joints, 3), in one frame with the point; slides: (joints,), which of them slide.

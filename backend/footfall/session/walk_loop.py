@@ -6,7 +6,6 @@ of the session, arms and sends them as whoever began it, through the same gate. 
 
 import logging
 import threading
-import time
 from collections import Counter
 from collections.abc import Callable
 from contextlib import suppress
@@ -22,8 +21,9 @@ from footfall.session.access.acting import acting
 from footfall.session.access.identity import LOCAL, Identity
 from footfall.session.answers.commands import ConnAnswer
 from footfall.session.gate.checks import STALE_AFTER
-from footfall.session.gate.lease import CONN_FOR
 from footfall.session.jobs.job import Job
+from footfall.session.loop_ends import how_the_conn_went, require_there
+from footfall.session.loop_looking import take_images, up_and_back
 from footfall.session.loop_pieces import Pieces, newest_dem
 from footfall.session.loop_settings import LoopSettings
 from footfall.session.parts import SessionParts
@@ -37,11 +37,8 @@ log = logging.getLogger(__name__)
 
 LOOKS_EVERY = 0.5
 """How often what is waited for is looked at where nothing is told of it [s]."""
-IMAGES_WITHIN = 600.0
-"""A rover that sent no images after this sends none [s]."""
 LET_GO_ON, CARRIED_OUT = "somebody to let it go on", "the rover to carry it out"
 """What it waits for."""
-NOT_RENEWED = f"the conn ran out, as its holder was not heard for {CONN_FOR:g} s"
 MAY_BE_REPLANNED = ("rules", "start", "set-points", "pose", "terrain", "load")
 """Checks of the gate that another plan may pass."""
 ARMED_ANEW = "arming"
@@ -59,11 +56,9 @@ class WalkLoop:
     def __init__(self, live: SessionParts, goal: WalkGoal, settings: LoopSettings, who: Identity = LOCAL) -> None:
         self._live, self.goal, self._settings, self._who = live, goal, settings, who
         self.state, self.outcome, self.act, self.reason = "going", "", "", ""
-        self.part, self.waits_for = "", ""
-        self.foot_moves = 0
+        self.part, self.waits_for, self.foot_moves = "", "", 0
         self._pieces = Pieces(live, goal, settings, self._finish, lambda: self._at_rest().state)
-        self._seen = -1
-        self.decided: Counter[str] = Counter()
+        self._seen, self.decided = -1, Counter[str]()
         self._news, self._free, self._over = threading.Event(), threading.Event(), threading.Event()
         # nothing is sent while somebody holds or ends it, and nobody is told of a hold while something is being sent
         self._sending = threading.Lock()
@@ -184,6 +179,8 @@ class WalkLoop:
                 so_far = self._look(so_far)
             elif decision.act is Act.REPLAN:
                 number, (walk, so_far) = 0, self._pieces.plan(so_far)
+            elif decision.act is Act.LIFT:
+                so_far = self._lift(decision.leg, so_far)
             elif decision.act is Act.GO:
                 number, so_far = self._go(number, limits.foot_moves, so_far)
             else:
@@ -204,12 +201,13 @@ class WalkLoop:
         return decision
 
     def _look(self, so_far: SoFar) -> SoFar:
-        before = self._live.state.snapshot
-        self._live.rover.request_images(self._settings.pairs)
-        since = time.monotonic()
-        self._until(lambda: self._live.state.snapshot != before or time.monotonic() - since > IMAGES_WITHIN, "images")
-        if self._live.state.snapshot == before:
-            raise Conflict(f"the rover sent no images within {IMAGES_WITHIN:z.0f} s")
+        self._take_images()
+        return self._map_anew(so_far)
+
+    def _take_images(self) -> None:
+        take_images(self._live, self._settings.pairs, self._until)
+
+    def _map_anew(self, so_far: SoFar) -> SoFar:
         self._finish(self._live.terrains.build(self._settings.terrain), "the ground made of the images")
         return replace(so_far, moved=0, looked=True, refused="", nearest=None)
 
@@ -219,26 +217,76 @@ class WalkLoop:
         try:
             sequence = live.walks.command(self._pieces.walk, number, count)
         except FootFallError as error:
-            return number, _declined(so_far, error.message)
+            return number, so_far.with_no_commands(error.message)
+        if refused := self._begin(sequence):
+            return number, so_far.with_no_commands(refused)
+        self._carry_out()
+        moved = len(live.walks.foot_moves_in(sequence))
+        self.foot_moves += moved
+        now = replace(so_far, moved=so_far.moved + moved, looked=False, anew=0, declined=0, refused="", lifted=())
+        return number + moved, now
+
+    def _lift(self, leg: int, so_far: SoFar) -> SoFar:
+        """Look with a leg lifted: its rows go one by one as far as it is up, and the rest after the images.
+
+        The map is made anew when the leg is down: the gate lets no row go over ground that another map shows.
+        """
+        tried = replace(so_far, lifted=(*so_far.lifted, leg))
+        made = up_and_back(self._live, leg, self._finish)
+        refused = made if isinstance(made, str) else self._begin(made.sequence, row_by_row=True)
+        if isinstance(made, str) or refused:
+            return replace(tried, refused=refused)
+        # let go on by somebody else it comes down with no look
+        if up := all(self._goes_to(row, made.up) for row in range(1, made.up + 1)):
+            self._take_images()
+            self._let_go(self._live.commands.resume)
+        self._carry_out()
+        return replace(self._map_anew(tried), anew=0, declined=0) if up else tried
+
+    def _goes_to(self, row: int, last: int) -> bool:
+        """Whether its run waits before a row, once it waits or has ended; before the ``last`` it lets none go."""
+        self._until(self._waits_or_ended, CARRIED_OUT)
+        waits = self._is_sending() and self._live.commands.gate["row"] == row
+        if waits and row < last:
+            self._let_go(self._live.commands.next_row)
+        return waits
+
+    def _waits_or_ended(self) -> bool:
+        commands = self._live.commands
+        return commands.end_of_run(self._sent) is not None or (self._is_sending() and commands.gate["waiting"])
+
+    def _let_go(self, rows: Callable[[Identity], None]) -> None:
+        """Let a row go, or all that are left, unless somebody did or ends the walk. Raises CommandRefused."""
+        self._until(self._free.is_set, LET_GO_ON)
+        self._see_anew()
+        self._at_rest()
+        with self._sending:
+            if self._live.commands.gate["waiting"] and not self._cancelled:
+                rows(self._who)
+
+    def _carry_out(self) -> None:
+        """Wait for the end of its run. Raises Conflict where that came before the last row was done."""
+        self._until(self._is_carried_out, CARRIED_OUT)
+        outcome, reason = self._live.commands.end_of_run(self._sent) or ("", "")
+        self._see_anew()
+        if outcome != "done":
+            raise Conflict(f"the commands were not carried out to their end: {reason}")
+
+    def _see_anew(self) -> None:
+        """What telemetry has said up to now says nothing of how the rover rests."""
+        self._seen = -1 if self._live.rover.frame is None else self._live.rover.frame.number
+
+    def _begin(self, sequence: str, row_by_row: bool = False) -> str:
+        """Send commands, once nobody holds it; why the gate refused what another plan may pass, "" where they go."""
         refused = None
         while refused is None:
             # making them may have taken longer than telemetry is good for
             self._until(self._free.is_set, LET_GO_ON)
             self._until(lambda: not self._free.is_set() or self._is_fresh(STALE_AFTER / 2), "telemetry that is new")
-            refused = self._send(sequence)
-        if refused:
-            return number, _declined(so_far, refused)
-        self._until(self._is_carried_out, CARRIED_OUT)
-        (outcome, reason), frame = live.commands.end_of_run(self._sent) or ("", ""), live.rover.frame
-        self._seen = -1 if frame is None else frame.number
-        if outcome != "done":
-            raise Conflict(f"the commands were not carried out to their end: {reason}")
-        moved = len(live.walks.foot_moves_in(sequence))
-        self.foot_moves += moved
-        now = replace(so_far, moved=so_far.moved + moved, looked=False, anew=0, declined=0, refused="")
-        return number + moved, now
+            refused = self._send(sequence, row_by_row)
+        return refused
 
-    def _send(self, sequence: str) -> str | None:
+    def _send(self, sequence: str, row_by_row: bool) -> str | None:
         """Why the gate refused what another plan may pass, "" where it was sent, None where that is to be tried again.
 
         That is so where it was held meanwhile, or the arming ran out. Raises what ends the walk: a stop, another
@@ -253,7 +301,7 @@ class WalkLoop:
                 armed = live.commands.arm(sequence, who)
                 self._require_conn(armed["conn"])
                 self._conn = armed["conn"]["number"]
-                self._sent = live.commands.send(armed["token"], sequence, who)["run"]
+                self._sent = live.commands.send(armed["token"], sequence, who, row_by_row)["run"]
             except CommandRefused as error:
                 check = error.details.get("check")
                 if check not in (*MAY_BE_REPLANNED, ARMED_ANEW):
@@ -316,29 +364,14 @@ class WalkLoop:
             self._news.wait(LOOKS_EVERY)
 
     def _require_safe(self) -> None:
-        live = self._live
-        if live.state.stop.latched:
-            raise Conflict("the rover was stopped")
-        if live.rover.frame is not None and live.rover.frame.state.mode == "fault":
-            raise Conflict("the rover reports a fault")
-        if not live.rover.link.connected:
-            raise Conflict("the rover is not connected")
-        self._require_conn(live.commands.conn)
-        if live.rover.epoch != self._epoch:
+        require_there(self._live)
+        self._require_conn(self._live.commands.conn)
+        if self._live.rover.epoch != self._epoch:
             raise Conflict("the rover was stopped, connected anew, or given up on in the middle of a row, meanwhile")
 
     def _require_conn(self, conn: ConnAnswer) -> None:
         if self._conn is not None and (conn["holder"] is None or conn["number"] != self._conn):
-            raise Conflict(f"{self._conn_went()}; take it, and begin the walk anew")
-
-    def _conn_went(self) -> str:
-        """How the conn was lost under which it goes."""
-        live = self._live
-        if (holder := live.commands.conn["holder"]) is not None:
-            return f"the conn changed hands, {holder['name']} holds it"
-        changes = (event.payload["act"] for event in reversed(live.events()) if event.type == "conn_changed")
-        # where the log does not have it given up its time is over, of which the log is told in a moment
-        return "the conn was given up" if next(changes, "") == "released" else NOT_RENEWED
+            raise Conflict(f"{how_the_conn_went(self._live)}; take it, and begin the walk anew")
 
     def _break_off(self) -> None:
         """Where it ends with a run of its own under way, nothing goes after the row that is out.
@@ -361,11 +394,6 @@ class WalkLoop:
             self._live.record_decision("end", f"{outcome}: {reason}")
         finally:
             self._over.set()
-
-
-def _declined(so_far: SoFar, why: str) -> SoFar:
-    # the first time it looks, and the same plan is tried once more
-    return replace(so_far, refused=why, declined=so_far.declined + so_far.looked)
 
 
 class _Cancelled(Exception):

@@ -72,11 +72,11 @@ def read_clearance(live: OneSession) -> ClearancesAnswer:
 
 
 def _figures(done: Execution) -> ExecutionFigures:
-    """seconds: of all; clearance, with how much less it may be: least of the swing [m]; sag: how much lower the chassis
-    is than at the start, waypoint by waypoint [m]; touch_down_offset [m]; friction_use: largest of a wheel that stands.
+    """seconds: of all; clearance, with how much less it may be: least with the leg up [m]; sag: how much lower the
+    chassis is than at the start, waypoint by waypoint [m]; touch_down_offset [m]; friction_use: largest of a wheel that
+    stands.
     """
-    swings = [at for at, phase in enumerate(done.phases) if phase == "swing"]
-    lowest = min(swings, key=lambda at: done.clearance[at])
+    lowest = min(done.aloft, key=lambda at: done.clearance[at])
     standing = [leg for leg in range(done.loads.shape[1]) if leg != done.leg]
     return {
         "seconds": done.seconds,

@@ -134,8 +134,7 @@ class _Attempt:
             now = part(progress, i / MOST_LIFTS, (i + 1) / MOST_LIFTS)
             found = self.run(plan, now)
             done = found[0]
-            swings = [at for at, phase in enumerate(done.phases) if phase == "swing"]
-            lacking = self.settings.least_clearance - float(done.clearance[swings].min())
+            lacking = self.settings.least_clearance - float(done.clearance[done.aloft].min())
             if lacking <= 0 or lift >= self.settings.most_lift:
                 break
             # what is lifted more is partly lost to sag: by the share of the lift that arrived

@@ -52,12 +52,11 @@ def checks_of(
 ) -> tuple[Check, ...]:
     """Every check of an execution; rests: where the rover is predicted to be, n of them."""
     where = _where(done)
-    swings = np.flatnonzero([phase == "swing" for phase in done.phases])
     supports = [leg for leg in robot.legs if leg != done.leg]
     path = dense(done.predicted, done.Ts_site_base)
     contacts = np.array([one.contacts for one in rests])
     return (
-        _clearance(done, settings, swings, where),
+        _clearance(done, settings, where),
         _limits("joint limits of the set points", robot, _set_points(done), where),
         _limits("joint limits", robot, inside(robot, done.predicted), where),
         _own(body, done, path),
@@ -150,10 +149,8 @@ def _worst(name: str, spare: Array, unit: str, where: Callable[[int, int], str])
     return Check(name, least >= 0, least, unit, where(int(at), int(column)))
 
 
-def _clearance(
-    done: Execution, settings: ExecutionSettings, swings: NDArray[np.int64], where: Callable[[int], str]
-) -> Check:
-    at = int(swings[np.argmin(done.clearance[swings])])
+def _clearance(done: Execution, settings: ExecutionSettings, where: Callable[[int], str]) -> Check:
+    at = int(done.aloft[np.argmin(done.clearance[done.aloft])])
     spare = float(done.clearance[at]) - settings.least_clearance
     doubt = done.clearance_uncertainty[at]
     how = f"{abs(doubt):z.3f} m {'less' if doubt >= 0 else 'more'} with springs {settings.tolerance:.0%} softer"

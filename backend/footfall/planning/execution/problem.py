@@ -83,6 +83,12 @@ class Execution(Paced):
     provenance: Provenance
 
     @property
+    def aloft(self) -> NDArray[np.int64]:
+        """The waypoints of the swing (k,); where nothing swings, as in a step up and back, the one with the leg up."""
+        swings = np.flatnonzero([phase == "swing" for phase in self.phases])
+        return swings if len(swings) else np.flatnonzero([phase == "lift" for phase in self.phases])[-1:]
+
+    @property
     def motion(self) -> Motion:
         """What is predicted to move, row by row; feet stay but for what wheels give way."""
         stays = np.ones(self.loads.shape, bool)

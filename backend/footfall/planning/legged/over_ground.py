@@ -52,7 +52,7 @@ class Surfaces:
             if low[body] > min(found.height, 2 * self.clearance) or not len(self._points[body]):
                 continue
             leg = self._leg_of.get(int(body))
-            sole, near = (np.zeros(3), -1.0) if leg is None else (soles[leg], self._near[leg])
+            sole, near = (np.zeros(3), -1.0) if leg is None else (soles[leg], float(self._near[leg]))
             over, at = lowest_of(self._points[body], Ts[body], sole, near, dem.heights, grid, highest)
             if at >= 0 and not over >= found.height:
                 place = Ts[body, :3, :3] @ self._points[body][at] + Ts[body, :3, 3]

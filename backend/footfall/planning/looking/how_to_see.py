@@ -12,6 +12,7 @@ import numpy as np
 from numpy.typing import ArrayLike
 
 from footfall.core.arrays import Array
+from footfall.core.frames import apply
 from footfall.planning.looking.in_view import in_view
 from footfall.planning.scene.lift import vertical
 from footfall.robot.kinematics import wheel_centers
@@ -80,15 +81,31 @@ def unknown_around(dem: Dem, place: Array, radius: float) -> Array:
     return np.column_stack([grid.xs[cols], grid.ys[rows], whole.dem.heights[rows, cols].astype(float)])
 
 
+def with_leg_up(robot: Robot, state: RobotState, leg: int) -> RobotState | None:
+    """How the rover stands with one leg lifted straight up.
+
+    Args:
+        robot: the rover; it has closed-form legs.
+        state: how it stands.
+        leg: number of the leg, from 0.
+
+    Returns:
+        That state; None where the leg can't be lifted by LIFTED.
+    """
+    own = slice(6 * leg, 6 * leg + 6)
+    up = vertical(robot, leg, np.asarray(state.T_site_base, float), np.asarray(state.posture, float)[own], LIFTED)
+    if isinstance(up, str):
+        return None
+    posture = np.array(state.posture)
+    posture[own] = up[-1]
+    return replace(state, posture=posture)
+
+
 def _lifted(robot: Robot, state: RobotState, unknown: Array) -> Iterator[tuple[int, RobotState]]:
     """How the rover stands with one leg lifted, the leg whose wheel is nearest to the ground first."""
-    T = np.asarray(state.T_site_base, float)
-    wheels = wheel_centers(robot, state.posture) @ T[:3, :3].T + T[:3, 3]
+    wheels = apply(np.asarray(state.T_site_base, float), wheel_centers(robot, state.posture))
     away = np.linalg.norm(wheels[:, :2] - unknown[:, :2].mean(axis=0), axis=1)
     for leg in np.argsort(away, kind="stable"):
-        own = slice(6 * int(leg), 6 * int(leg) + 6)
-        up = vertical(robot, int(leg), T, np.asarray(state.posture, float)[own], LIFTED)
-        if not isinstance(up, str):
-            posture = np.array(state.posture)
-            posture[own] = up[-1]
-            yield int(leg), replace(state, posture=posture)
+        lifted = with_leg_up(robot, state, int(leg))
+        if lifted is not None:
+            yield int(leg), lifted

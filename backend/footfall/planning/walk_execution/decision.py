@@ -1,6 +1,6 @@
 """What a rover that walks to a goal may do next, within which limits, and what it has done so far."""
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from enum import Enum
 
 from footfall.core.bounds import require_above_zero, require_not_negative
@@ -10,11 +10,12 @@ from footfall.planning.walk.problem import LEAST_MARGIN, MOST_TORQUE, WalkGoal
 
 @value_enum
 class Act(Enum):
-    """What can be done next."""
+    """What can be done next; LIFT: a look with a leg lifted."""
 
     GO = "go"
     LOOK = "look"
     REPLAN = "replan"
+    LIFT = "lift"
     STOP = "stop"
     ARRIVED = "arrived"
 
@@ -43,10 +44,11 @@ class WayOnSettings(Value):
 
 @value
 class WayOn(Value):
-    """The decision, and the reason for it, for a person."""
+    """The decision, and the reason for it, for a person. leg: that is lifted to look, −1 where none is."""
 
     act: Act
     reason: str
+    leg: int = -1
 
 
 @dataclass(frozen=True)
@@ -57,7 +59,8 @@ class SoFar:
     planned anew since, declined: for how many of those plans no commands were made or sent, as the rover would not
     stand firmly. refused: why what was decided last can't be done: no walk was found, or the next foot move of the walk
     can't be commanded; empty where nothing was refused. nearest: where a search came that found no walk, which is gone
-    to first. short: why the walk ends before the goal; empty where it does not.
+    to first. short: why the walk ends before the goal; empty where it does not. lifted: legs that were lifted to look,
+    or could not be, since it last moved.
     """
 
     moved: int = 0
@@ -67,3 +70,8 @@ class SoFar:
     refused: str = ""
     nearest: WalkGoal | None = None
     short: str = ""
+    lifted: tuple[int, ...] = ()
+
+    def with_no_commands(self, why: str) -> "SoFar":
+        """After commands were not made, or not sent: the first time it looks, and the same plan is tried once more."""
+        return replace(self, refused=why, declined=self.declined + self.looked)

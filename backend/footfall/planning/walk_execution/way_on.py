@@ -9,6 +9,7 @@ from footfall.core.arrays import Array
 from footfall.core.frames import apply, heading
 from footfall.maps.standing import contacts
 from footfall.maps.support_outlines import bearing
+from footfall.planning.looking.lift_to_look import leg_to_lift
 from footfall.planning.walk.excerpt import parts_count, start_of
 from footfall.planning.walk.problem import WalkGoal, WalkPlan, part_name
 from footfall.planning.walk_execution.decision import Act, SoFar, WayOn, WayOnSettings
@@ -18,6 +19,11 @@ from footfall.robot.kinematics import center_of_mass
 from footfall.robot.model import Robot
 from footfall.telemetry.state import RobotState
 from footfall.terrain.dem import Dem
+
+VAIN = 2
+"""So many plans on a map with a new look are in vain before a leg is lifted to look."""
+MOST_LIFTED = 2
+"""Legs that are lifted to look, one after the other, with no foot move between."""
 
 
 def way_on(
@@ -53,7 +59,8 @@ def way_on(
         there = f"({so_far.nearest.x:z.2f}, {so_far.nearest.y:z.2f})"
         return WayOn(Act.REPLAN, f"first to {there}, where the latest search came nearest: {so_far.refused}")
     if so_far.refused:
-        return _look(so_far.refused, so_far, settings)
+        lift = _lift(robot, dem, state, so_far)
+        return lift or _look(so_far.refused, so_far, settings)
     if walk is None:
         return _replan("there is no walk yet", so_far, settings)
     if number >= parts_count(walk):
@@ -86,6 +93,14 @@ def arrived(goal: WalkGoal, T_site_base: Array) -> bool:
 
 def _look(reason: str, so_far: SoFar, settings: WayOnSettings) -> WayOn:
     return _replan(reason, so_far, settings) if so_far.looked else WayOn(Act.LOOK, reason)
+
+
+def _lift(robot: Robot, dem: Dem, state: RobotState, so_far: SoFar) -> WayOn | None:
+    """A look with a leg lifted, which takes the rover a minute: where a look and plans were in vain before."""
+    if not so_far.looked or so_far.anew < VAIN or len(so_far.lifted) >= MOST_LIFTED:
+        return None
+    hidden = leg_to_lift(robot, dem, state, so_far.lifted)
+    return None if hidden is None else WayOn(Act.LIFT, f"{hidden}; before: {so_far.refused}", hidden.leg)
 
 
 def _replan(reason: str, so_far: SoFar, settings: WayOnSettings) -> WayOn:

@@ -3,14 +3,14 @@
 import numpy as np
 
 from footfall.compiled import njit
-from footfall.core.arrays import Array
+from footfall.core.arrays import Array, Ints
 
 ROUNDING = 1e-9
 """A bound says so much less than what was computed [m]."""
 
 
 @njit()
-def bounds(Ts: Array, balls: Array, capsules: Array, starts: Array, pairs: Array) -> tuple[Array, Array]:
+def bounds(Ts: Array, balls: Array, capsules: Array, starts: Ints, pairs: Ints) -> tuple[Array, Array]:
     """Least distances of pairs of bodies by balls around them, and by capsules around their shapes, each (n,) [m].
 
     Ts: poses of the bodies, (bodies, 4, 4). balls: centre and radius in the body, (bodies, 4) [m]. capsules: both ends
