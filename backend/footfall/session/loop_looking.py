@@ -5,8 +5,6 @@ from collections.abc import Callable
 from typing import NamedTuple
 
 from footfall.core.errors import Conflict, FootFallError
-from footfall.maps.standing import contacts
-from footfall.planning.looking.how_to_see import LIFTED
 from footfall.planning.step.problem import PlanResult, StepSettings
 from footfall.sequence.commands import Sequence
 from footfall.session.core import present
@@ -45,6 +43,9 @@ def up_and_back(live: SessionParts, leg: int, finish: Callable[[Job, str], str])
     finish: waits for a job, told what it makes, and gives its result's digest. Raises Conflict where there is no
     ground, or no telemetry.
     """
+    from footfall.maps.standing import contacts
+    from footfall.planning.looking.how_to_see import LIFTED
+
     state = live.typed(RobotState, live.stances.freeze())
     dem = live.typed(Dem, present(live.state.dem, "there is no terrain any more"))
     x, y, _ = contacts(live.robot, dem, state.posture, state.T_site_base, [leg]).points[0]
