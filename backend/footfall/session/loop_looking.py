@@ -18,11 +18,10 @@ IMAGES_WITHIN = 600.0
 
 
 class UpAndBack(NamedTuple):
-    """sequence: digest of the commands; up: how many of its rows have the leg up; rows: how many there are."""
+    """sequence: digest of the commands; up: after how many of its rows the leg is up."""
 
     sequence: str
     up: int
-    rows: int
 
 
 def take_images(
@@ -59,4 +58,4 @@ def up_and_back(live: SessionParts, leg: int, finish: Callable[[Job, str], str])
     except FootFallError as error:
         return f"leg {leg} can't be lifted to look: {error.message}"
     phases = [one.phase for one in live.typed(Sequence, sequence).commands]
-    return UpAndBack(sequence, len(phases) - phases[::-1].index("lift"), len(phases))
+    return UpAndBack(sequence, len(phases) - phases[::-1].index("lift"))

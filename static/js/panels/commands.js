@@ -146,7 +146,10 @@ const notNow = (summary) => (summary.commands_carried_out ? complete() : unsure(
 // What can't carry these commands says why, and is not chosen.
 function drawFormats(lacks) {
   const options = /** @type {HTMLOptionElement[]} */ ([...$("export-format").options]);
-  for (const option of options) Object.assign(option, { disabled: Boolean(lacks[option.value]), title: lacks[option.value] ?? "" });
+  for (const option of options) {
+    const lack = lacks[option.value] ?? "";
+    if (option.title !== lack) Object.assign(option, { disabled: Boolean(lack), title: lack });
+  }
   const chosen = options.find((one) => one.selected);
   if (chosen?.disabled) $("export-format").value = options.find((one) => !one.disabled)?.value ?? "";
 }
