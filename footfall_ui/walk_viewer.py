@@ -115,12 +115,13 @@ class WalkViewer:
     def close(self) -> None:
         """Draw nothing more."""
         self._ended.set()
-        self._playing.set()
         self._thread.join()
 
     def _run(self) -> None:
         each = max(1, round(STEPS * FRAME / (MOVE_LASTS * max(len(self._footfalls), 1))))
-        while self._playing.wait() and not self._ended.wait(FRAME):
+        while not self._ended.wait(FRAME):
+            if not self._playing.is_set():
+                continue
             self._go(min(self._scrubber.value + each, STEPS))
             if self._scrubber.value >= STEPS:
                 self._playing.clear()

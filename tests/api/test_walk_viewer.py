@@ -2,6 +2,7 @@
 
 import signal
 import subprocess
+import threading
 from pathlib import Path
 
 import httpx
@@ -21,7 +22,7 @@ from footfall.planning.legged.problem import LeggedResult
 from footfall.robot.legged.posture import placed
 from footfall.terrain.generate import plane
 from footfall_ui.viser_door import open_on_this_computer
-from footfall_ui.walk_viewer import WalkViewer, checks_text
+from footfall_ui.walk_viewer import STEPS, WalkViewer, checks_text
 from tests.support.command_line import FOOTFALL, run
 from tests.support.drawing import PROTOCOL
 from tests.support.urdf import written
@@ -87,6 +88,24 @@ def test_the_scrubber_goes_through_the_walk(server, parts):
         until(lambda: viewer.moment == 1.0, "the end of the walk")
     finally:
         viewer.close()
+
+
+def test_it_closes_while_the_walk_comes_to_its_end(server, parts, monkeypatch):
+    robot, dem, result = parts
+    viewer = WalkViewer(server, robot, dem, result)
+    closing = threading.Thread(target=viewer.close, daemon=True)
+
+    def comes_to_the_end(step: int) -> None:
+        viewer._scrubber.value = STEPS
+        if not closing.is_alive():
+            closing.start()
+        until(viewer._ended.is_set, "closing to begin")
+
+    monkeypatch.setattr(viewer, "_go", comes_to_the_end)
+    viewer.play()
+    until(lambda: closing.ident is not None, "the end of the walk")
+    closing.join(BOUND)
+    assert not closing.is_alive()
 
 
 def test_checks_are_told_with_sign_margin_and_what_was_not_checked(parts):
