@@ -28,6 +28,10 @@ def spent() -> tuple[float, float]:
     return time.perf_counter(), used.user + used.system + used.children_user + used.children_system
 
 
+REASON = 400
+"""Signs of a reason that are told."""
+
+
 class RunRecord:
     """A pytest plugin; with xdist the workers measure and the controller tells."""
 
@@ -76,7 +80,8 @@ class RunRecord:
             of_file[0] += wall
         if report.outcome == "rerun":
             said = [line[1:].strip() for line in report.longreprtext.splitlines() if line.startswith("E ")]
-            self.asked_twice.append((report.nodeid, said[0] if said else "no reason was given"))
+            # a browser's first line does not say of what it waited
+            self.asked_twice.append((report.nodeid, " · ".join(said)[:REASON] or "no reason was given"))
 
     def pytest_terminal_summary(self, terminalreporter: Any, config: pytest.Config) -> None:
         if hasattr(config, "workerinput"):
