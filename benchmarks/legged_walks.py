@@ -1,11 +1,14 @@
 """What robots that others described can do, from standing to physics: the tables of docs/robots.md, row by row.
 
 ``python -m benchmarks.legged_walks [--metres 3] [--margin 0.05] [--ground smooth …] [--parts maps …] [--only A1 …]``
-prints a row as soon as it is known: robot, ground, whether it stands; green cells of each leg's map, and how much of it
-is judged; of 30 steps, each from where the one before ended, how many are found and hold in the recheck; the walk, its
-recheck, its commands and the files that they were read back from, physics; whether another process plans the recorded
-walk again to the same digest; the stride [m]; how long the walk takes to plan [s of the processor]. Robots come from
-example-robot-data (extra dev) and a made hexapod. A part that was not asked for is told as "not run".
+``[--rigid]`` prints a row as soon as it is known: robot, ground, whether it stands; green cells of each leg's map, and
+how much of it is judged; of 30 steps, each from where the one before ended, how many are found and hold in the recheck;
+the walk, its recheck, its commands and the files that they were read back from, physics; whether another process plans
+the recorded walk again to the same digest; the stride [m]; how long the walk takes to plan [s of the processor]. Robots
+come from example-robot-data (extra dev) and a made hexapod. A part that was not asked for is told as "not run".
+
+Their URDFs do not say how stiff joints are. They walk as if a robot.toml said what physics assumes, so that commands
+hold the pose; with ``--rigid`` nobody knows it, and they are commanded as planned.
 """
 
 import argparse
@@ -37,9 +40,11 @@ from footfall.robot.legged.find_legs import legged_model
 from footfall.robot.legged.legged_robot import LeggedRobot
 from footfall.robot.legged.touching import touching
 from footfall.sequence.commands import Sequence
+from footfall.sim.physics.legged_model import assumed_stiffness
 from footfall.sim.physics.legged_referee import legged_referee
 from footfall.terrain.dem import Dem
 from footfall.terrain.generate import fractal, plane
+from tests.support.described import sprung
 from tests.support.legged_recheck import Recheck, faults, said
 from tests.support.robot_data import QUADRUPEDS, described
 from tests.support.sequences import require_same_commands
@@ -63,12 +68,16 @@ NEAR, CELLS = 4.0, 32
 
 @dataclass(frozen=True)
 class Asked:
-    """metres: of each walk. grounds: of GROUNDS. parts: of PARTS. settings: of all plans; no clock ends them."""
+    """metres: of each walk. grounds: of GROUNDS. parts: of PARTS. settings: of all plans; no clock ends them.
+
+    rigid: whether nobody knows how stiff the joints are.
+    """
 
     metres: float
     grounds: tuple[str, ...]
     parts: tuple[str, ...]
     settings: LeggedSettings
+    rigid: bool = False
 
 
 def rows(only: list[str], asked: Asked) -> Iterator[str]:
@@ -80,9 +89,10 @@ def rows(only: list[str], asked: Asked) -> Iterator[str]:
             yield from _rows_of(name, urdf, asked)
 
 
-def read(urdf: Path) -> LeggedRobot:
+def read(urdf: Path, rigid: bool = False) -> LeggedRobot:
     model = legged_model(read_urdf(urdf))
-    return LeggedRobot(model, always=touching(model.tree, 100).always)
+    robot = LeggedRobot(model, always=touching(model.tree, 100).always)
+    return robot if rigid else sprung(robot, assumed_stiffness(robot))
 
 
 def made_ground(kind: str, robot: LeggedRobot, size: float | tuple[float, float], resolution: float) -> Dem:
@@ -93,7 +103,7 @@ def made_ground(kind: str, robot: LeggedRobot, size: float | tuple[float, float]
 
 def _rows_of(name: str, urdf: Path, asked: Asked) -> Iterator[str]:
     try:
-        robot = read(urdf)
+        robot = read(urdf, asked.rigid)
         stroke = 2 * at_ease(robot).stroke
     except InvalidRobot as err:
         yield f"| {name} | – | no: {err.message} |"
@@ -171,11 +181,11 @@ def _replayed(urdf: Path, dem: Dem, state: LeggedState, result: LeggedResult, as
     """Whether another process, that has the URDF and what was recorded, comes to the same digest."""
     recorded = [encode(one) for one in (dem, state, result)]
     with multiprocessing.get_context("spawn").Pool(1) as pool:
-        again = pool.apply(_planned_again, (urdf, recorded, asked.metres))
+        again = pool.apply(_planned_again, (urdf, recorded, asked))
     return "same digest" if again == result.digest else f"no: {again[:12]} for {result.digest[:12]}"
 
 
-def _planned_again(urdf: Path, recorded: list[bytes], metres: float) -> str:
+def _planned_again(urdf: Path, recorded: list[bytes], asked: Asked) -> str:
     dem, state, result = (decode(one) for one in recorded)
     if not isinstance(result, LeggedResult) or not isinstance(state, LeggedState) or not isinstance(dem, Dem):
         raise TypeError("a walk is recorded as its ground, its start and its answer")
@@ -183,7 +193,7 @@ def _planned_again(urdf: Path, recorded: list[bytes], metres: float) -> str:
     if not isinstance(settings, LeggedSettings):
         raise TypeError("a walk is planned again with its own settings")
     np.seterr(all="ignore")
-    return plan_walk(read(urdf), dem, state, (metres, 0.0), settings).digest
+    return plan_walk(read(urdf, asked.rigid), dem, state, (asked.metres, 0.0), settings).digest
 
 
 def _commanded(robot: LeggedRobot, dem: Dem, plan: LeggedPlan, asked: Asked) -> Iterator[str]:
@@ -245,10 +255,11 @@ def main() -> None:
     parser.add_argument("--margin", type=float, default=LeggedSettings().least_margin)
     parser.add_argument("--ground", nargs="*", choices=GROUNDS, default=GROUNDS)
     parser.add_argument("--parts", nargs="*", choices=PARTS, default=PARTS)
+    parser.add_argument("--rigid", action="store_true")
     given = parser.parse_args()
     np.seterr(all="ignore")
     settings = LeggedSettings(time_limit=1e5, least_margin=given.margin)
-    for row in rows(given.only, Asked(given.metres, tuple(given.ground), tuple(given.parts), settings)):
+    for row in rows(given.only, Asked(given.metres, tuple(given.ground), tuple(given.parts), settings, given.rigid)):
         sys.stdout.write(row + "\n")
         sys.stdout.flush()
 

@@ -83,7 +83,7 @@ def test_a_session_is_about_it(server, rest, step):
     assert told["robot"] == {"name": "ring", "digest": robot.digest}
     assert told["described_step"] == step["digest"]
     assert told["way_of_commands"]["mode"] == "rigid"
-    assert "others described" in told["way_of_commands"]["reason"]
+    assert "does not say how its joints give way" in told["way_of_commands"]["reason"]
     assert told["played"] == step["digest"]
     offered = told["to_command"]
     assert (offered["kind"], offered["plan"], offered["leg"]) == ("described_step", step["digest"], MOVED)

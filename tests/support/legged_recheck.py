@@ -1,8 +1,9 @@
 """A legged robot's plan judged by other means than it was made with.
 
 Kinematics, masses and collision shapes come from pin's own reader of the URDF, forces from a linear program (HiGHS),
-the support polygon from shapely, distances to the ground from coal against a mesh of it. Nothing but the plan, the
-terrain's heights and the names of legs and soles is shared with the planner.
+the support polygon from shapely, distances to the ground from coal against a mesh of it. A foot that stands rolls: from
+one waypoint to the next the point of it that touches stays where it is. Nothing but the plan, the terrain's heights and
+the names of legs and soles is shared with the planner.
 """
 
 from dataclasses import dataclass, field
@@ -22,6 +23,8 @@ from footfall.terrain.dem import Dem
 from footfall.terrain.ground.surface import height_at
 
 GRAVITY = 9.81
+ROLLS = 4
+"""Parts of a foot's rolling from one waypoint to the next."""
 
 
 @dataclass
@@ -123,12 +126,15 @@ class Recheck:
         for k in range(len(plan.waypoints)):
             moving = int(plan.legs[k])
             standing = [leg for leg in self.robot.legs if leg != moving]
+            before = stand.copy()
+            if k and self.robot.radii.any() and not np.array_equal(plan.Ts_site_base[k - 1], plan.Ts_site_base[k]):
+                self._roll(dem, plan, k, stand, contacts, normals, standing)
             self._kinematics(found, dem, plan.waypoints[k], plan.Ts_site_base[k], stand, standing, moving)
             self._weight(found, plan.waypoints[k], plan.Ts_site_base[k], contacts[standing])
             if k and moving == plan.legs[k - 1]:
                 q = (plan.waypoints[k] + plan.waypoints[k - 1]) / 2
                 T = _middle(plan.Ts_site_base[k - 1], plan.Ts_site_base[k])
-                self._kinematics(found, dem, q, T, stand, standing, moving)
+                self._kinematics(found, dem, q, T, (before + stand) / 2, standing, moving)
             if k % every == 0:
                 q, T = plan.waypoints[k], plan.Ts_site_base[k]
                 self._distances(found, ground, q, T, k)
@@ -140,6 +146,24 @@ class Recheck:
                 found.off_ground = max(found.off_ground, abs(gap))
         found.off_ground = max(found.off_ground, float(np.abs(stand - plan.end.soles).max()))
         return found
+
+    def _roll(self, dem, plan, k, stand, contacts, normals, standing):
+        """Feet roll from the waypoint before to this one; where they stand, and on what, is kept up to date."""
+        turns = []
+        for at in (k - 1, k):
+            pin.framesForwardKinematics(self.model, self.data, self.full(plan.waypoints[at]))
+            turns.append([plan.Ts_site_base[at, :3, :3] @ self.data.oMf[foot].rotation for foot in self.feet])
+        for leg in standing:
+            turned = Rotation.from_matrix(turns[1][leg] @ turns[0][leg].T).as_rotvec()
+            # turning about the point that touches, in small parts
+            for _ in range(ROLLS):
+                arm = stand[leg] - contacts[leg]
+                going = Rotation.from_rotvec(turned / ROLLS).apply(arm) - arm
+                stand[leg] += going
+                contacts[leg] += going - (going @ normals[leg]) * normals[leg]
+            contacts[leg], normals[leg] = _contact(dem, stand[leg], float(self.robot.radii[leg]))
+            up = (stand[leg] - contacts[leg]) / np.linalg.norm(stand[leg] - contacts[leg])
+            stand[leg] = contacts[leg] + self.robot.radii[leg] * up
 
     def _kinematics(self, found, dem, q, T, stand, standing, moving):
         soles = self.soles_at(q, T)

@@ -54,7 +54,7 @@ def effort_ratio(
     """
     q = robot.require_posture(posture)
     R_site_base = T_site_base[:3, :3]
-    gravity, axes, origins, com = _statics(robot, q, R_site_base)
+    gravity, axes, origins, com = statics_of(robot, q, R_site_base)
     feet = np.asarray(contacts, float)
     arms, unit = require_stance(feet - apply(T_site_base, com), np.asarray(normals, float))
     weight = robot.mass * GRAVITY
@@ -64,7 +64,7 @@ def effort_ratio(
     for row, (leg, point) in enumerate(zip(standing, points_base, strict=True)):
         part = robot.slices[leg]
         count = part.stop - part.start
-        moves = _moves(robot, leg, point, axes, origins) @ R_site_base.T
+        moves = moves_at(robot, leg, point, axes, origins) @ R_site_base.T
         constant[row, :count] = own[part]
         effect[row, :count] = -weight / robot.efforts[part, None] * moves
     size = max(float(np.abs(arms).max()), 1e-6)
@@ -100,16 +100,27 @@ def efforts_under(
     """
     q = robot.require_posture(posture)
     R_site_base = T_site_base[:3, :3]
-    gravity, axes, origins, _ = _statics(robot, q, R_site_base)
+    gravity, axes, origins, _ = statics_of(robot, q, R_site_base)
     points_base = (np.asarray(contacts, float) - T_site_base[:3, 3]) @ R_site_base
     efforts = gravity.copy()
     for leg, point, force in zip(standing, points_base, np.asarray(forces, float) @ R_site_base, strict=True):
-        efforts[robot.slices[leg]] -= _moves(robot, leg, point, axes, origins) @ force
+        efforts[robot.slices[leg]] -= moves_at(robot, leg, point, axes, origins) @ force
     return efforts
 
 
-def _moves(robot: LeggedRobot, leg: int, point: Array, axes: Array, origins: Array) -> Array:
-    """How a point of the last body, (3,) in base [m], moves with the leg's joints, (own joints, 3)."""
+def moves_at(robot: LeggedRobot, leg: int, point: Array, axes: Array, origins: Array) -> Array:
+    """How a point of a leg's last body moves with the leg's joints.
+
+    Args:
+        robot: the robot.
+        leg: number of the leg, from 0.
+        point: (3,) in base [m].
+        axes: of all joints, as of :func:`statics_of`.
+        origins: the same.
+
+    Returns:
+        (own joints, 3) in base, [m/rad] or without unit.
+    """
     part = robot.slices[leg]
     return moves_of(point, axes[part], origins[part], robot.limbs[leg].limb.slides)
 
@@ -130,8 +141,18 @@ def _least(arms: Array, faces: Array, effect: Array, constant: Array) -> tuple[i
     return int(status), float(ratio)
 
 
-def _statics(robot: LeggedRobot, q: Array, R_site_base: Array) -> tuple[Array, Array, Array, Array]:
-    """Efforts (joints,) that hold the legs' own weight in the air; axes, origins (joints, 3) and com (3,) in base."""
+def statics_of(robot: LeggedRobot, q: Array, R_site_base: Array) -> tuple[Array, Array, Array, Array]:
+    """What statics need of a posture.
+
+    Args:
+        robot: the robot.
+        q: posture, (joints,) [rad or m].
+        R_site_base: how the chassis is turned, (3, 3).
+
+    Returns:
+        Efforts (joints,) that hold the legs' own weight in the air [N·m or N]; axes and origins of the joints,
+        (joints, 3), and the centre of mass, (3,), in base [m].
+    """
     down = -GRAVITY * R_site_base[2]
     own_axes = np.concatenate([robot.limbs[leg].limb.axes for leg in robot.legs])
     with scratch_of(robot, robot.pin_model) as data:

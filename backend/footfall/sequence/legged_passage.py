@@ -1,6 +1,7 @@
 """Where commands bring a robot that others described: feet that stand carry the chassis, a leg moves its own foot.
 
-The robot is taken as rigid, and a foot stays on the ground where it was put, as in the planner.
+A foot rolls on the ground where it was put, as in the planner. A robot of which it is known how its joints give way
+sags: its commands are set points. Any other is taken as rigid.
 """
 
 from collections.abc import Sequence
@@ -11,11 +12,13 @@ import numpy as np
 from footfall.core.arrays import Array
 from footfall.core.frames import apply
 from footfall.planning.legged.footing import rest
+from footfall.planning.legged.rolling import ROUNDS, Stood, foot_turns, rested, ways_rolled
+from footfall.planning.legged.sagging import SprungRest, gives_way_to
 from footfall.planning.legged.step import FEET_OFF
 from footfall.planning.legged.whole_check import Feet
 from footfall.robot.legged.legged_robot import LeggedRobot
 from footfall.robot.legged.posture import placed
-from footfall.sequence.commands import Command
+from footfall.sequence.commands import AtRest, Command
 from footfall.sequence.passage import fitted
 from footfall.terrain.dem import Dem
 
@@ -27,16 +30,20 @@ FEWEST_FEET = 3
 class LeggedPassage:
     """One row. before, after: postures (joints,); T_before, T_after: T_site_base (4, 4).
 
-    stood: (legs, 3) soles' centres in site where they stand when it begins; NaN for legs in the air. feet: those that
-    stand through it, with contacts and normals of the ground.
+    set_points: (joints,) when it begins; asked: when it ends; of a rigid robot they are the postures. stood: (legs, 3)
+    soles' centres in site where they stand when it begins; NaN for legs in the air. feet: those that stand through it,
+    with contacts and normals of the ground. fell: whether nothing holds the robot any more; it is left as before.
     """
 
+    set_points: Array
+    asked: Array
     before: Array
     after: Array
     T_before: Array
     T_after: Array
     stood: Array
     feet: Feet
+    fell: bool = False
 
 
 def asked_for(robot: LeggedRobot, posture: Array, command: Command) -> Array:
@@ -60,7 +67,12 @@ def asked_for(robot: LeggedRobot, posture: Array, command: Command) -> Array:
 
 
 def legged_passages(
-    robot: LeggedRobot, start: Array, T_site_base: Array, commands: tuple[Command, ...], dem: Dem
+    robot: LeggedRobot,
+    start: Array,
+    T_site_base: Array,
+    commands: tuple[Command, ...],
+    dem: Dem,
+    at_rest: AtRest | None = None,
 ) -> list[LeggedPassage]:
     """How each row goes.
 
@@ -70,26 +82,38 @@ def legged_passages(
         T_site_base: pose of the chassis before the first, (4, 4).
         commands: the rows.
         dem: the ground, in site.
+        at_rest: how it stands before the first, where it sags; None: it is rigid.
 
     Returns:
         One for each row.
     """
     rows: list[LeggedPassage] = []
     posture, T = np.asarray(start, float), np.asarray(T_site_base, float)
-    stood, contacts, normals = (np.full((len(robot.legs), 3), np.nan) for _ in range(3))
+    stood = Stood(*(np.full((len(robot.legs), 3), np.nan) for _ in range(3)))
+    set_points = posture if at_rest is None else at_rest.set_points
+    sprung = None if at_rest is None else SprungRest(set_points, posture, T, at_rest.state.wheel_forces)
 
     def put_down(legs: list[int]) -> None:
         for leg, foot in zip(legs, landed(robot, dem, posture, T, legs), strict=True):
-            stood[leg], contacts[leg], normals[leg] = foot
+            for part, place in zip(stood, foot, strict=True):
+                part[leg] = place
 
     put_down(list(robot.legs))
     for command in commands:
-        after = asked_for(robot, posture, command)
-        down = [leg for leg in robot.legs if np.isfinite(stood[leg]).all() and leg != command.leg]
-        T_after = chassis_on(robot, after, stood, down, T) if command.kind.moves_all else T
-        feet = Feet(tuple(down), contacts.copy(), normals.copy())
-        rows.append(LeggedPassage(posture, after, T, T_after, stood.copy(), feet))
-        posture, T = after, T_after
+        asked = asked_for(robot, set_points, command)
+        down = [leg for leg in robot.legs if np.isfinite(stood.soles[leg]).all() and leg != command.leg]
+        feet = Feet(tuple(down), stood.contacts.copy(), stood.normals.copy())
+        began, after, T_after, fell = stood.soles.copy(), asked, T, False
+        if sprung is not None:
+            found = None if rows and rows[-1].fell else gives_way_to(robot, dem, asked, sprung, stood, down)
+            fell = found is None
+            if found is not None:
+                sprung, stood = found
+            after, T_after = sprung.q, sprung.T_site_base
+        elif command.kind.moves_all:
+            T_after, stood = carried(robot, dem, (posture, T), after, stood, down)
+        rows.append(LeggedPassage(set_points, asked, posture, after, T, T_after, began, feet, fell))
+        set_points, posture, T = asked, after, T_after
         put_down([leg for leg in robot.legs if leg == command.leg or (command.kind.moves_all and leg not in down)])
     return rows
 
@@ -120,19 +144,34 @@ def landed(
     return found
 
 
-def chassis_on(robot: LeggedRobot, posture: Array, stood: Array, down: Sequence[int], T: Array) -> Array:
-    """Pose of the chassis that leaves the soles of the legs that stand nearest to where they stood.
+def carried(
+    robot: LeggedRobot, dem: Dem, before: tuple[Array, Array], posture: Array, stood: Stood, down: Sequence[int]
+) -> tuple[Array, Stood]:
+    """Where feet that stand, and roll, carry the chassis while all legs move together.
 
     Args:
         robot: the robot.
+        dem: the ground, in site.
+        before: posture (joints,) [rad or m] and T_site_base (4, 4) a little earlier.
         posture: now, (joints,) [rad or m].
-        stood: where the soles stood, (legs, 3) in site [m].
+        stood: where the feet stood a little earlier.
         down: numbers of the legs that stand.
-        T: pose of the chassis so far, (4, 4).
 
     Returns:
-        T_site_base, (4, 4); ``T`` where fewer than three stand.
+        T_site_base (4, 4) that leaves the soles nearest to where they rolled to, and where they stand then; as before
+        where fewer than three stand.
     """
+    q, T = before
     if len(down) < FEWEST_FEET:
-        return T
-    return fitted(placed(robot, posture).soles, stood, down)[0]
+        return T, stood
+    there = placed(robot, posture)
+    T_now = fitted(there.soles, stood.soles, down)[0]
+    if not robot.radii.any():
+        return T_now, stood
+    turns, soles = foot_turns(robot, placed(robot, q), T), stood.soles
+    for _ in range(ROUNDS):
+        soles = stood.soles + ways_rolled(robot, stood.normals, turns, foot_turns(robot, there, T_now))
+        T_now = fitted(there.soles, soles, down)[0]
+    now = rested(robot, dem, stood, soles, down)
+    standing = [leg for leg in down if np.isfinite(now.soles[leg]).all()]
+    return (fitted(there.soles, now.soles, standing)[0] if len(standing) >= FEWEST_FEET else T_now), now

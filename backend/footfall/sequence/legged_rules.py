@@ -11,17 +11,17 @@ import numpy as np
 
 from footfall.core.arrays import Array
 from footfall.core.beside import beside
-from footfall.core.errors import InvalidSequence
-from footfall.core.frames import apply, require_transform
+from footfall.core.frames import apply
 from footfall.planning.legged.footing import rest_heights
 from footfall.planning.legged.problem import LeggedSettings
+from footfall.planning.legged.rolling import Stood
 from footfall.planning.legged.stance import Ground
 from footfall.planning.legged.step import FEET_OFF
 from footfall.planning.legged.whole_check import UNITS
 from footfall.robot.legged.legged_robot import LeggedRobot
 from footfall.robot.legged.posture import placed
-from footfall.sequence.commands import Command, RuleResult
-from footfall.sequence.legged_passage import LeggedPassage, chassis_on, legged_passages
+from footfall.sequence.commands import AtRest, Command, RuleResult
+from footfall.sequence.legged_passage import LeggedPassage, carried, legged_passages
 from footfall.sequence.predict import needed_duration
 from footfall.sequence.rules import SPEED_TOLERANCE
 from footfall.sequence.sampled import samples
@@ -39,7 +39,7 @@ RULES = {
     "effort": "torque",
 }
 """Check of the whole robot → the rule that it answers."""
-CLEARANCE_CHECKS = ("ground", "self")
+CLEARANCE_CHECKS: tuple[str, ...] = ("ground", "self")
 BETWEEN = 0.1
 """Share of each clearance that a straight joint-space line may take between two postures that were planned."""
 
@@ -51,6 +51,7 @@ def check_legged_rules(
     T_site_base: Array,
     dem: Dem,
     settings: SequenceSettings,
+    at_rest: AtRest | None = None,
 ) -> tuple[tuple[RuleResult, ...], list[LeggedPassage]]:
     """Every rule on every row, and how the rows go.
 
@@ -61,22 +62,20 @@ def check_legged_rules(
         T_site_base: pose of the chassis before the first, (4, 4).
         dem: the ground, in site.
         settings: how closely is looked, and what is asked for.
+        at_rest: how it stands before the first, where it sags; None: it is rigid.
 
     Returns:
         The results, and how each row goes.
-
-    Raises:
-        InvalidSequence: the start doesn't fit the robot.
     """
-    if start.shape != (len(robot.joint_names),) or not np.isfinite(start).all():
-        raise InvalidSequence(f"the start posture needs {len(robot.joint_names)} finite numbers", shape=[*start.shape])
-    require_transform(T_site_base, "T_site_base")
     results = [RuleResult("not-empty", -1, bool(commands), np.nan, "", f"{len(commands)} commands")]
-    way = legged_passages(robot, start, T_site_base, commands, dem)
+    way = legged_passages(robot, start, T_site_base, commands, dem, at_rest)
     motion = _Motion(robot, dem, settings)
     for row, (command, passage) in enumerate(zip(commands, way, strict=True)):
-        results += _row_rules(robot, row, command, passage.before)
-        if not np.array_equal(passage.before, passage.after):
+        results += _row_rules(robot, row, command, passage.set_points)
+        if passage.fell:
+            text = "from here on nothing holds the robot on its joints' springs: it would tip over or sit down"
+            results.append(RuleResult(RULES["support"], row, False, np.nan, "", text))
+        elif not np.array_equal(passage.before, passage.after):
             results += motion.rules(row, command, passage)
     if way:
         results.append(_ends(robot, dem, len(way) - 1, way[-1]))
@@ -119,7 +118,10 @@ class _Motion:
         )
         self.robot, self.dem, self.sample = robot, dem, settings.sample
         self.check = Ground(robot, dem, asked).check
-        self.allowed = BETWEEN * min(robot.clearances.values())
+        self.allowed: dict[str, float] = dict.fromkeys(CLEARANCE_CHECKS, BETWEEN * min(robot.clearances.values()))
+        if robot.sags:
+            # a foot that is let down as the chassis gives way touches a little early, and its own springs yield
+            self.allowed["foot"] = FEET_OFF
 
     def rules(self, row: int, command: Command, passage: LeggedPassage) -> Iterator[RuleResult]:
         """A result for each check of the whole robot, where it is least, and for no-drag."""
@@ -127,16 +129,21 @@ class _Motion:
         dragged = 0.0
         postures = samples(passage.before, passage.after, self.sample)
         touched = {leg: passage.stood[leg, :2] for leg in self.robot.legs if np.isfinite(passage.stood[leg]).all()}
+        stood = Stood(passage.stood, passage.feet.contacts, passage.feet.normals)
         for share, q in zip(np.linspace(0.0, 1.0, len(postures)), postures, strict=True):
             T = passage.T_before
-            if command.kind.moves_all:
-                T = chassis_on(self.robot, q, passage.stood, passage.feet.standing, T)
+            if command.kind.moves_all or not np.array_equal(T, passage.T_after):
+                T, now = carried(self.robot, self.dem, (passage.before, T), q, stood, passage.feet.standing)
+                touched |= {leg: now.soles[leg, :2] for leg in passage.feet.standing}
             dragged = max(dragged, self._dragged(q, T, passage, touched))
             for name, size, where in self.check.each(q, T, passage.feet):
                 if name not in least or size < least[name][0] or np.isnan(size):
                     least[name] = size, where, float(share)
+        for name, spare, where in self._set_points(passage):
+            if spare < least[name][0]:
+                least[name] = spare, where, 1.0
         for name, (size, where, share) in least.items():
-            spare = size + (self.allowed if name in CLEARANCE_CHECKS else 0.0)
+            spare = size + self.allowed.get(name, 0.0)
             text = f"{name}: {where}, least at {share:.0%} of the row"
             shown = spare if np.isfinite(spare) else np.nan
             yield RuleResult(RULES[name], row, spare >= 0, shown, UNITS[name], text)
@@ -144,8 +151,19 @@ class _Motion:
         text = f"a foot moves {away} m while it is down, {most} m are allowed"
         yield RuleResult("no-drag", row, dragged <= FEET_OFF, FEET_OFF - dragged, "m", text)
 
+    def _set_points(self, passage: LeggedPassage) -> Iterator[tuple[str, float, str]]:
+        """Check, spare and where of what set points take that are not where the joints come to."""
+        if np.array_equal(passage.asked, passage.after):
+            return
+        robot, asked = self.robot, passage.asked
+        inside = np.minimum(asked - robot.lower, robot.upper - asked)
+        at = int(np.argmin(inside))
+        yield "limits", float(inside[at]), f"the set point of {robot.joint_names[at]}"
+        efforts = np.abs(robot.stiffness * (asked - passage.after)) / robot.efforts
+        yield "effort", 1.0 - float(efforts.max()), f"as it sags, {robot.joint_names[int(np.argmax(efforts))]}"
+
     def _dragged(self, q: Array, T_site_base: Array, passage: LeggedPassage, touched: dict[int, Array]) -> float:
-        """How far a foot that is down is from where it came down [m]. touched: leg → that place, kept up to date."""
+        """How far a foot that is down is from where it came down, or rolled to [m]. touched: leg → that place, kept."""
         soles, most = apply(T_site_base, placed(self.robot, q).soles), 0.0
         for leg in self.robot.legs:
             if leg not in passage.feet.standing:

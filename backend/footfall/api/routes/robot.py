@@ -126,7 +126,7 @@ def _described(model: "LeggedRobot") -> RobotAnswer:
         "upper": np.where(endless, np.inf, model.upper),
         "torque_limits": model.efforts,
         "speed_limits": model.speeds,
-        "stiffness": None,
+        "stiffness": model.stiffness if model.sags else None,
         "postures": model.postures,
         "leg_lengths": [],
         "T_base_hips": [],

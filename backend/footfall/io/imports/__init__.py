@@ -6,6 +6,7 @@ from collections.abc import Callable
 from functools import partial
 from pathlib import Path
 
+from footfall.core.arrays import Array
 from footfall.core.errors import InvalidInput, InvalidSequence, NotFound
 from footfall.core.value import Provenance, digest
 from footfall.io.imports import from_csv, from_fprime, from_joint_csv, from_json, from_ros2, from_seqjson, from_yamcs
@@ -122,6 +123,15 @@ def _of_json(data: bytes) -> ParsedSequence:
     return from_json.of_document(document)
 
 
+def _set_points(robot: LeggedRobot, state: RobotState | LeggedState | None) -> Array | None:
+    """Set points of the joints as a state tells them; None where it does not."""
+    if isinstance(state, LeggedState):
+        return state.set_points
+    if state is None or not robot.sags or not state.joint_torques.any():
+        return None
+    return state.posture + state.joint_torques / robot.stiffness
+
+
 def _robot_of(parsed: ParsedSequence, given: Robot | LeggedRobot | None) -> Robot | LeggedRobot:
     """The robot that the commands are for: ``given``, or of those that ship with FootFall, the one of that name.
 
@@ -160,7 +170,9 @@ def _checked(
             raise InvalidSequence(f"commands for {robot.name} need the terrain: its feet say where the chassis goes")
         settings = settings or SequenceSettings(sample=COARSEST)
         parents["dem"] = dem.digest
-        return legged_sequence(robot, parsed.commands, start, T_site_base, dem, settings, parents)
+        return legged_sequence(
+            robot, parsed.commands, start, T_site_base, dem, settings, parents, _set_points(robot, state)
+        )
     settings = settings or SequenceSettings()
     rules = check_rules(robot, parsed.commands, start, T_site_base, dem, settings)
     if dem is not None:

@@ -14,6 +14,16 @@ from footfall.robot.legged.touching import Touching
 CLEARANCE_SHARE = 0.02
 """Proposed clearances, as a share of the longest leg: a wide guess for a person to replace."""
 
+CARRIES = (
+    "# What it carries: a mass [kg] at a place in a link's frame [m], beside what the URDF weighs.",
+    "# [[payload]]",
+    '# name = "tool"',
+    '# link = "…"',
+    "# mass = 1.0",
+    "# center = [0.0, 0.0, 0.1]",
+    "",
+)
+
 
 def proposal(model: LeggedModel, urdf: Path, out: Path, touching: Touching, folders: Sequence[Path] = ()) -> str:
     """The text of a robot.toml. Every entry says where it comes from: (URDF), (guessed), (sampled) or (assumed)."""
@@ -33,6 +43,7 @@ def proposal(model: LeggedModel, urdf: Path, out: Path, touching: Touching, fold
     ]
     for leg in model.legs:
         lines += _leg(model, leg)
+    lines += _joints(model)
     lines += [f"# no leg: {_comment(limb)}: {_comment(why)}" for limb, why in model.left_out.items()]
     lines += [
         "",
@@ -56,6 +67,19 @@ def proposal(model: LeggedModel, urdf: Path, out: Path, touching: Touching, fold
         f"# {len(touching.sometimes)} other pairs touch in some postures; these are to be checked.",
     ]
     return "\n".join(lines) + "\n"
+
+
+def _joints(model: LeggedModel) -> list[str]:
+    """What may be said of joints; all of it is commented out, as nobody here knows it."""
+    joints = [model.tree.joint(name) for leg in model.legs for name in leg.joints]
+    lacking = {what: [one.name for one in joints if not getattr(one, what) > 0] for what in ("effort", "velocity")}
+    lines = [
+        "# What the URDF does not say of joints, or you know better: effort [N·m, N], velocity [rad/s, m/s], and",
+        "# stiffness [N·m/rad, N/m], by which a joint gives way that is held at a place. With that of every joint of",
+        "# the legs, commands hold the pose of the chassis, and predictions sag.",
+    ]
+    lines += [f"# not in the URDF: {what} of {_comment(', '.join(names))}" for what, names in lacking.items() if names]
+    return [*lines, f"# [joints.{_text(joints[0].name)}]", "# stiffness = 1000.0", "", *CARRIES]
 
 
 def _leg(model: LeggedModel, leg: LegChain) -> list[str]:

@@ -2,7 +2,7 @@
 
 import tomllib
 from collections.abc import Mapping
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from pathlib import Path
 
 import numpy as np
@@ -11,11 +11,13 @@ from footfall.core.errors import InvalidRobot, NotFound
 from footfall.core.misread import place_of
 from footfall.io.urdf.read import read_urdf
 from footfall.robot.legged.find_legs import chain_to
+from footfall.robot.legged.judge_tree import joined_inertia
 from footfall.robot.legged.legged_model import LegChain, LeggedModel, Sole
-from footfall.robot.legged.tree import RobotTree
+from footfall.robot.legged.tree import RobotTree, TreeJoint, TreeLink
 from footfall.robot.table import Table
 
-TOP = "name urdf packages base mass_check legs postures clearances collisions"
+TOP = "name urdf packages base mass_check joints payload legs postures clearances collisions"
+JOINT, PAYLOAD = "effort velocity stiffness", "name link mass center"
 LEG = "name foot joints group sole center radius width axis polygon"
 
 
@@ -23,7 +25,8 @@ LEG = "name foot joints group sole center radius width axis polygon"
 class Proposed:
     """A robot.toml: the tree of its URDF, its legs, named postures (joint → angle) and what the robot weighs [kg].
 
-    clearances: least distances by name [m]; always: pairs of links that touch as they are built.
+    What it carries counts to its tree and to what it weighs. clearances: least distances by name [m]; always: pairs of
+    links that touch as they are built.
     """
 
     model: LeggedModel
@@ -47,7 +50,7 @@ def read_proposed(path: str | Path) -> Proposed:
         raise InvalidRobot(f"{path.name} is not readable TOML{place_of(err)}") from err
     table.only(TOP)
     folders = [path.parent / folder for folder in table.texts("packages")]
-    tree = read_urdf(path.parent / table.text("urdf"), folders)
+    tree = _with_joints(read_urdf(path.parent / table.text("urdf"), folders), table)
     if table.text("base") != tree.root:
         raise InvalidRobot(f"base is {table.text('base')!r}, and the root link of the URDF is {tree.root!r}")
     mass = table.number("mass_check")
@@ -55,10 +58,50 @@ def read_proposed(path: str | Path) -> Proposed:
         raise InvalidRobot("mass_check must be above zero [kg]", mass_check=mass)
     clearances = _clearances(table.table("clearances"))
     always = _always(table.table("collisions"), tree)
+    loads = table.tables("payload") if "payload" in table else []
+    bare = tree.mass
+    for load in loads:
+        tree = _carrying(tree, load)
     model = LeggedModel(tree, tree.root, tuple(_leg(one, tree) for one in table.tables("legs")), {})
     postures = table.table("postures")
     named = {name: _posture(postures.table(name)) for name in postures}
-    return Proposed(model, mass, named, clearances, always)
+    return Proposed(model, mass + tree.mass - bare, named, clearances, always)
+
+
+def _with_joints(tree: RobotTree, table: Table) -> RobotTree:
+    """The tree with what the file says of joints: it counts where the URDF says otherwise, or nothing."""
+    if "joints" not in table:
+        return tree
+    said, names = table.table("joints"), {joint.name for joint in tree.joints if joint.moves}
+    unknown = next((name for name in said if name not in names), None)
+    if unknown is not None:
+        raise InvalidRobot(f"joints: the URDF has no joint {unknown!r} that moves")
+    joints = tuple(_joint(said.table(joint.name), joint) if joint.name in said else joint for joint in tree.joints)
+    return replace(tree, joints=joints)
+
+
+def _joint(table: Table, joint: TreeJoint) -> TreeJoint:
+    table.only(JOINT)
+    found = {name: table.number(name) for name in table}
+    for name, size in found.items():
+        if not size > 0:
+            raise InvalidRobot(f"{table.where}.{name} must be above zero", **{name: size})
+    return replace(joint, **found)
+
+
+def _carrying(tree: RobotTree, table: Table) -> RobotTree:
+    """The tree with a load on one of its links, as a point that weighs."""
+    table.only(PAYLOAD)
+    name, link, mass = table.text("name"), table.text("link"), table.number("mass")
+    if link not in {one.name for one in tree.links}:
+        raise InvalidRobot(f"payload {name}: the URDF has no link {link!r}")
+    if not mass > 0:
+        raise InvalidRobot(f"payload {name}: its mass must be above zero [kg]", mass=mass)
+    bare = tree.link(link)
+    load = TreeLink(name, mass, table.numbers("center", 3), np.zeros((3, 3)), ())
+    total, center, inertia = joined_inertia([(np.eye(4), bare), (np.eye(4), load)])
+    loaded = replace(bare, mass=total, center=center, inertia=inertia)
+    return replace(tree, links=tuple(loaded if one.name == link else one for one in tree.links))
 
 
 def _leg(table: Table, tree: RobotTree) -> LegChain:

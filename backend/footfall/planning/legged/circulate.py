@@ -111,8 +111,7 @@ class _Course:
             own = Tally()
             way = chassis_way(self.ground, self.state, T, own)
             if not isinstance(way, Refusal):
-                state = self.state
-                self.take(way, own, self.ground.state(way[-1].q, T, state.soles, state.contacts, state.normals))
+                self.take(way.samples, own, way.end)
                 return True
             self.tries.refuse(way)
         return False

@@ -12,9 +12,10 @@ from footfall.core.frames import apply, transform
 from footfall.planning.legged.chassis_poses import poses
 from footfall.planning.legged.footing import Rest, rest_heights
 from footfall.planning.legged.problem import LeggedPlan, LeggedState
+from footfall.planning.legged.rolling import Stood, legs_rolled_to
 from footfall.planning.legged.stance import Ground, all_standing
 from footfall.planning.legged.whole_check import Feet, Refusal, Tally
-from footfall.robot.legged.posture import leg_to, legs_to, placed
+from footfall.robot.legged.posture import leg_to, placed
 
 FootLine = Callable[[Ground, int, Array, Array], Iterator[tuple[str, Array]]]
 """Phase and centre of the sole all the way from one centre (3,) to another, of a leg."""
@@ -29,6 +30,20 @@ class Sample(NamedTuple):
     T_site_base: Array
     phase: str
     leg: int
+
+
+class ReadyToLift(NamedTuple):
+    """Where a foot can be lifted. sample: the configuration; state: how the robot stands there, all feet down."""
+
+    sample: Sample
+    state: LeggedState
+
+
+class ChassisWay(NamedTuple):
+    """The chassis' way over all feet. samples: the first is the state that it begins from; end: the state after it."""
+
+    samples: list[Sample]
+    end: LeggedState
 
 
 class FootMove(NamedTuple):
@@ -69,7 +84,7 @@ def foot_moves(
 
 def _lifting(
     ground: Ground, state: LeggedState, leg: int, x: float, y: float, yaw: float
-) -> Iterator[tuple[Sample | Refusal, Tally]]:
+) -> Iterator[tuple[ReadyToLift | Refusal, Tally]]:
     """Where the foot may be lifted, or what refuses it there; and the margins."""
     standing = [one for one in ground.robot.legs if one != leg]
     for T in poses(ground, state.soles, state.contacts, standing, x, y, yaw, state.q):
@@ -103,31 +118,46 @@ def _move_from(
     state: LeggedState,
     leg: int,
     target: Rest,
-    began: Sample,
+    began: ReadyToLift,
     free: Tally,
     over: FootLine | None = None,
 ) -> FootMove | Refusal:
     """The foot move from where the foot bears nothing any more; free: the margins there."""
     own = Tally()
     own.merge(free)
-    way: list[Sample] = []
-    for sample in foot_way(ground, leg, target, began, over):
-        held = sample if isinstance(sample, Refusal) else judged(ground, sample, state, leg, own)
-        if isinstance(held, Refusal):
-            return held
-        way.append(held)
-    ahead = way_ahead(ground, state, began, own)
+    way = _judged_way(ground, leg, target, began, own, over)
+    if isinstance(way, Refusal):
+        return way
+    ahead = way_ahead(ground, state, began.sample, own)
     if isinstance(ahead, Refusal):
         return ahead
-    end = set_down(ground, state, leg, target, way[-1])
+    if ground.robot.radii.any():
+        # only the way tells to a hair where the other feet roll to
+        way = _judged_way(ground, leg, target, ReadyToLift(ahead.samples[-1], ahead.end), own, over)
+        if isinstance(way, Refusal):
+            return way
+    end = set_down(ground, ahead.end, leg, target, way[-1])
     settled = ground.check.margins(end.q, end.T_site_base, all_standing(end))
     if isinstance(settled, Refusal):
         return settled
     own.take(settled, f"leg {ground.robot.leg_names[leg]} down")
-    return FootMove([*ahead, *way], end, own)
+    return FootMove([*ahead.samples, *way], end, own)
 
 
-def foot_free(ground: Ground, state: LeggedState, leg: int, T_site_base: Array, tally: Tally) -> Sample | Refusal:
+def _judged_way(
+    ground: Ground, leg: int, target: Rest, began: ReadyToLift, tally: Tally, over: FootLine | None
+) -> list[Sample] | Refusal:
+    """Samples of the foot's way from where it is lifted, or what refuses one."""
+    way: list[Sample] = []
+    for sample in foot_way(ground, leg, target, began.sample, over):
+        held = sample if isinstance(sample, Refusal) else judged(ground, sample, began.state, leg, tally)
+        if isinstance(held, Refusal):
+            return held
+        way.append(held)
+    return way
+
+
+def foot_free(ground: Ground, state: LeggedState, leg: int, T_site_base: Array, tally: Tally) -> ReadyToLift | Refusal:
     """The chassis at a pose over all feet, one leg bearing nothing any more.
 
     Args:
@@ -138,19 +168,25 @@ def foot_free(ground: Ground, state: LeggedState, leg: int, T_site_base: Array, 
         tally: takes what held.
 
     Returns:
-        The posture there, or what refuses it.
+        How it stands there, or what refuses it.
     """
-    q = legs_to(ground.robot, T_site_base, state.soles, state.q)
-    return judged(ground, Sample(q, T_site_base, "body", -1), state, leg, tally)
+    stood = Stood(state.soles, state.contacts, state.normals)
+    q, stood = legs_rolled_to(ground.robot, ground.dem, state.q, state.T_site_base, T_site_base, stood)
+    off = _off_known(ground, stood)
+    if off is not None:
+        return off
+    there = ground.state(q, T_site_base, *stood) if np.isfinite(q).all() else state
+    held = judged(ground, Sample(q, T_site_base, "body", -1), there, leg, tally)
+    return held if isinstance(held, Refusal) else ReadyToLift(held, there)
 
 
-def way_ahead(ground: Ground, state: LeggedState, began: Sample, tally: Tally) -> list[Sample] | Refusal:
+def way_ahead(ground: Ground, state: LeggedState, began: Sample, tally: Tally) -> ChassisWay | Refusal:
     """The chassis' way to where a foot move begins, which must come to the same angles of the legs."""
     ahead = chassis_way(ground, state, began.T_site_base, tally)
     if isinstance(ahead, Refusal):
         return ahead
     # step by step the legs may have come to other angles than at once
-    return _leaps(ahead[-1].q, began.q) or ahead
+    return _leaps(ahead.samples[-1].q, began.q) or ahead
 
 
 def set_down(ground: Ground, state: LeggedState, leg: int, target: Rest, last: Sample) -> LeggedState:
@@ -160,8 +196,8 @@ def set_down(ground: Ground, state: LeggedState, leg: int, target: Rest, last: S
     return ground.state(last.q, last.T_site_base, soles, contacts, normals)
 
 
-def chassis_way(ground: Ground, state: LeggedState, T_site_base: Array, tally: Tally) -> list[Sample] | Refusal:
-    """The chassis' straight way to a pose over all feet, each sample checked.
+def chassis_way(ground: Ground, state: LeggedState, T_site_base: Array, tally: Tally) -> ChassisWay | Refusal:
+    """The chassis' straight way to a pose over all feet, which roll along; each sample is checked.
 
     Args:
         ground: robot, terrain and settings.
@@ -170,26 +206,27 @@ def chassis_way(ground: Ground, state: LeggedState, T_site_base: Array, tally: T
         tally: takes what held.
 
     Returns:
-        Samples, the first of them the state itself, or what refuses one.
+        The way, or what refuses a sample of it.
     """
     robot, start = ground.robot, state.T_site_base
     turn = Rotation.from_matrix(start[:3, :3].T @ T_site_base[:3, :3]).as_rotvec()
     shift = T_site_base[:3, 3] - start[:3, 3]
     far = float(np.linalg.norm(shift)) + float(np.linalg.norm(turn)) * robot.length
     count = max(int(np.ceil(far / step_length(ground))), 1)
-    samples, q = [Sample(state.q, start, "body", -1)], state.q
-    feet = all_standing(state)
+    samples = [Sample(state.q, start, "body", -1)]
+    stood = Stood(state.soles, state.contacts, state.normals)
     for share in np.arange(1, count + 1) / count:
         R = start[:3, :3] @ Rotation.from_rotvec(share * turn).as_matrix()
         T = transform(R, start[:3, 3] + share * shift)
-        there = legs_to(robot, T, state.soles, q)
-        answer = _leaps(q, there) or ground.check.margins(there, T, feet)
+        q, T_before = samples[-1].q, samples[-1].T_site_base
+        there, stood = legs_rolled_to(robot, ground.dem, q, T_before, T, stood)
+        refused = _off_known(ground, stood) or _leaps(q, there)
+        answer = refused or ground.check.margins(there, T, Feet(robot.legs, stood.contacts, stood.normals))
         if isinstance(answer, Refusal):
             return answer
         tally.take(answer, "chassis")
-        q = there
-        samples.append(Sample(q, T, "body", -1))
-    return samples
+        samples.append(Sample(there, T, "body", -1))
+    return ChassisWay(samples, ground.state(samples[-1].q, T_site_base, *stood))
 
 
 def plan_of(samples: list[Sample], moves: list[int], start: LeggedState, end: LeggedState) -> LeggedPlan:
@@ -287,6 +324,16 @@ def _line(start: float, end: float, step: float) -> Array:
 def step_length(ground: Ground) -> float:
     """How far feet and chassis go between samples [m]: no farther than what bodies keep apart."""
     return max(min(ground.robot.clearances.values()), 0.01 * ground.robot.length)
+
+
+def _off_known(ground: Ground, stood: Stood) -> Refusal | None:
+    """What refuses feet that roll onto ground that nobody saw."""
+    unknown = ~np.isfinite(stood.soles).all(axis=1)
+    if not unknown.any():
+        return None
+    return Refusal(
+        "foot", float("nan"), f"leg {ground.robot.leg_names[int(unknown.argmax())]} rolls onto unknown ground"
+    )
 
 
 def _leaps(q: Array, there: Array) -> Refusal | None:

@@ -19,7 +19,7 @@ from footfall.maps import refusals
 from footfall.maps.layers import MapSettings, MapStack
 from footfall.maps.traversability import traversability
 from footfall.planning.legged.chassis_poses import poses
-from footfall.planning.legged.foot_move import Sample, foot_free, foot_way, judged, set_down, way_ahead
+from footfall.planning.legged.foot_move import ReadyToLift, Sample, foot_free, foot_way, judged, set_down, way_ahead
 from footfall.planning.legged.footing import LATTICE, LEAST_DISC, Rest, rest
 from footfall.planning.legged.problem import LeggedSettings, LeggedState
 from footfall.planning.legged.stance import Ground, all_standing
@@ -39,9 +39,12 @@ NUMBERS = ("seat", "limit_margin", "margin_lifted", "torque_ratio")
 
 
 class _Begun(NamedTuple):
-    """A chassis pose that a foot move can begin from: its configuration, its margins, and the hip in site [m]."""
+    """A chassis pose that a foot move can begin from: how the robot stands there, margins, and the hip in site [m].
 
-    sample: Sample
+    ready: as ``foot_move`` tries it, at first without the chassis' way, and at last after it.
+    """
+
+    ready: tuple[ReadyToLift, ...]
     margins: Tally
     hip: Array
 
@@ -89,7 +92,7 @@ def compute_maps(
         elif time.monotonic() - began > settings.time_limit:
             cells.code[row, col] = refusals.NOT_PROVEN
         else:
-            cells.look(row, col, start, ready)
+            cells.look(row, col, ready)
         if done % 16 == 0:
             progress((done + 1) / len(places), f"{done + 1} of {len(places)} cells")
     progress(1.0, "maps")
@@ -106,12 +109,13 @@ def _ready(ground: Ground, state: LeggedState, leg: int) -> tuple[list[_Begun], 
     found = []
     for pose in poses(ground, state.soles, state.contacts, standing, float(T[0, 3]), float(T[1, 3]), yaw, state.q):
         own = Tally()
-        sample = foot_free(ground, state, leg, pose, own)
-        ahead = sample if isinstance(sample, Refusal) else way_ahead(ground, state, sample, own)
+        free = foot_free(ground, state, leg, pose, own)
+        ahead = free if isinstance(free, Refusal) else way_ahead(ground, state, free.sample, own)
         if isinstance(ahead, Refusal):
             tally.refuse(ahead)
-        elif isinstance(sample, Sample):
-            found.append(_Begun(sample, own, _hip(ground, leg, pose)))
+        elif isinstance(free, ReadyToLift):
+            rolled = [ReadyToLift(ahead.samples[-1], ahead.end)] if ground.robot.radii.any() else []
+            found.append(_Begun((free, *rolled), own, _hip(ground, leg, pose)))
     return found, "" if found else tally_in_words(tally)
 
 
@@ -149,7 +153,7 @@ class _Cells:
         order = np.lexsort((left[:, 1], left[:, 0], away[tuple(left.T)]))
         return [(int(row), int(col)) for row, col in left[order]]
 
-    def look(self, row: int, col: int, state: LeggedState, ready: list[_Begun]) -> None:
+    def look(self, row: int, col: int, ready: list[_Begun]) -> None:
         """What comes of a step to a cell, from the first pose that it can be made from."""
         x, y = float(self.geometry.xs[col]), float(self.geometry.ys[row])
         down = rest(self.ground.dem, x, y, self.radius)
@@ -165,7 +169,7 @@ class _Cells:
             if np.linalg.norm(one.hip - down.center) > reach:
                 refused[refusals.OUT_OF_RANGE] += 1
                 continue
-            found = _step_to(self.ground, state, self.leg, down, one)
+            found = _step_to(self.ground, self.leg, down, one)
             if not isinstance(found, Refusal):
                 self._take(row, col, *found)
                 return
@@ -210,23 +214,25 @@ class _Cells:
 
 
 def _step_to(
-    ground: Ground, state: LeggedState, leg: int, target: Rest, ready: _Begun
+    ground: Ground, leg: int, target: Rest, pose: _Begun
 ) -> tuple[Tally, dict[str, tuple[float, str]]] | Refusal:
     """The margins of the foot's whole way from a pose and of where it ends, or what refuses it.
 
     The end is asked first, as it is what most tries fail at.
     """
     own = Tally()
-    own.merge(ready.margins)
-    way = list(foot_way(ground, leg, target, ready.sample))
-    for sample in _end_first(way):
-        held = sample if isinstance(sample, Refusal) else judged(ground, sample, state, leg, own)
-        if isinstance(held, Refusal):
-            return held
-    last = way[-1]
+    own.merge(pose.margins)
+    last: Sample | Refusal = pose.ready[-1].sample
+    for ready in pose.ready:
+        way = list(foot_way(ground, leg, target, ready.sample))
+        for sample in _end_first(way):
+            held = sample if isinstance(sample, Refusal) else judged(ground, sample, ready.state, leg, own)
+            if isinstance(held, Refusal):
+                return held
+        last = way[-1]
     if isinstance(last, Refusal):
         return last
-    end = set_down(ground, state, leg, target, last)
+    end = set_down(ground, pose.ready[-1].state, leg, target, last)
     settled = ground.check.margins(end.q, end.T_site_base, all_standing(end))
     return settled if isinstance(settled, Refusal) else (own, settled)
 

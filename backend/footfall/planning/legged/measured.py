@@ -89,4 +89,6 @@ def standing_state(robot: LeggedRobot, dem: Dem, state: RobotState) -> LeggedSta
     soles = apply(state.T_site_base, placed(robot, state.posture).soles)
     rests = [rest(dem, float(x), float(y), float(r)) for (x, y, _), r in zip(soles, robot.radii, strict=True)]
     contacts, normals = (np.array([one[part] for one in rests]) for part in (1, 2))
-    return LeggedState(robot.name, state.posture, state.T_site_base, soles, contacts, normals)
+    told = robot.sags and state.joint_torques.any()
+    set_points = state.posture + state.joint_torques / robot.stiffness if told else None
+    return LeggedState(robot.name, state.posture, state.T_site_base, soles, contacts, normals, set_points)

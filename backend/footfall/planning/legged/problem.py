@@ -1,11 +1,13 @@
 """Requests for steps and walks of legged robots, and the answers."""
 
+from dataclasses import field
+
 import numpy as np
 from numpy.typing import NDArray
 
 from footfall.core.bounds import require_above_zero, require_distances
 from footfall.core.errors import InvalidInput
-from footfall.core.value import Provenance, Value, value
+from footfall.core.value import LATER, Provenance, Value, value
 from footfall.planning.answers import Check, Status
 from footfall.planning.motion import Motion
 
@@ -46,6 +48,7 @@ class LeggedState(Value):
     """A robot standing still. q: (joints,) in the order of LeggedRobot.joint_names; T_site_base: (4, 4).
 
     soles: (legs, 3) centres of the soles; contacts, normals: (legs, 3) of the ground under them; all in site [m].
+    set_points: of its joints, (joints,) [rad or m], where it sags and they are known.
     """
 
     robot: str
@@ -54,6 +57,7 @@ class LeggedState(Value):
     soles: NDArray[np.float64]
     contacts: NDArray[np.float64]
     normals: NDArray[np.float64]
+    set_points: NDArray[np.float64] | None = field(default=None, metadata=LATER)
 
     def check(self) -> None:
         """Raises InvalidInput for feet that lack numbers, and for numbers that are not finite."""

@@ -271,8 +271,7 @@ def _arrival(walk: _Walk) -> FootMove | None:
         if isinstance(way, Refusal):
             tries.refuse(way)
             continue
-        end = ground.state(way[-1].q, T, state.soles, state.contacts, state.normals)
-        return FootMove(way, end, own)
+        return FootMove(way.samples, way.end, own)
     return None
 
 

@@ -102,6 +102,11 @@ class DescribedRobot(Value):
         return self.model.tree.name
 
     @property
+    def sags(self) -> bool:
+        """Whether it is known how every joint of its legs gives way; else it is taken as rigid."""
+        return all(self.model.tree.joint(name).stiffness > 0 for leg in self.model.legs for name in leg.joints)
+
+    @property
     def layout(self) -> JointLayout:
         """Its legs and joints by name."""
         joints = tuple(leg.joints for leg in self.model.legs)

@@ -35,7 +35,7 @@ class LeggedRobot:
     joint_names: leg after leg, each from the base to the foot; postures are angles in that order, (joints,) [rad or m].
     slices: where each leg's joints are in a posture. limbs: what solves each leg. lower, upper: (joints,), of joints
     that turn further than once those of one turn, but where a closed form counts their turns (limb/by_structure.py).
-    efforts: (joints,) [N·m or N], inf where the description does not say.
+    efforts: (joints,) [N·m or N], stiffness: (joints,) [N·m/rad or N/m]; inf where the description does not say.
     parents: for each body the body that carries it, −1 for the base, which is body 0; body 1 + j is what joint j moves.
     members: for each body the links that are part of it, each with its T_body_link (4, 4).
     shapes: for each body its collision shapes in the frame of its joint; corners: (n, 3) of the hull of them.
@@ -63,6 +63,7 @@ class LeggedRobot:
         self.slices = tuple(slice(int(a), int(b)) for a, b in pairwise(ends))
         self.efforts = np.array([one.effort if one.effort > 0 else np.inf for one in joints])
         self.speeds = np.array([one.velocity if one.velocity > 0 else np.inf for one in joints])
+        self.stiffness = np.array([one.stiffness if one.stiffness > 0 else np.inf for one in joints])
         self.radii = np.array([leg.sole.radius for leg in model.legs])
         self.length = max(float(part_lengths(tree, leg).sum()) for leg in model.legs)
         own = dict.fromkeys(CLEARANCES, CLEARANCE_SHARE * self.length)
@@ -104,6 +105,11 @@ class LeggedRobot:
     def leg_names(self) -> tuple[str, ...]:
         """Names of the legs, in the order of the model."""
         return tuple(leg.name for leg in self.model.legs)
+
+    @property
+    def sags(self) -> bool:
+        """Whether it is known how every joint gives way; else it is taken as rigid."""
+        return self.description.sags
 
     @property
     def digest(self) -> str:

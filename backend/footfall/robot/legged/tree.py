@@ -4,6 +4,7 @@ Frames as in URDF: a link's frame is that of the joint which carries it; a joint
 """
 
 from collections.abc import Mapping
+from dataclasses import field
 
 import numpy as np
 from numpy.typing import NDArray
@@ -11,7 +12,7 @@ from numpy.typing import NDArray
 from footfall.core.errors import InvalidRobot
 from footfall.core.frames import apply, require_transform, transform
 from footfall.core.mesh import Mesh
-from footfall.core.value import Value, value
+from footfall.core.value import LATER, Value, value
 
 MOVING = ("revolute", "continuous", "prismatic")
 JOINT_KINDS = (*MOVING, "fixed")
@@ -59,7 +60,8 @@ class TreeLink(Value):
 class TreeJoint(Value):
     """T_parent_joint: (4, 4) at zero; axis: (3,) unit vector in the joint's frame.
 
-    lower, upper [rad or m]; effort [N·m or N]; velocity [rad/s or m/s]: NaN where the description does not say.
+    lower, upper [rad or m]; effort [N·m or N]; velocity [rad/s or m/s]; stiffness of the joint that is held at a place
+    [N·m/rad or N/m]: NaN where the description does not say.
     mimic: name of the joint that this one follows, angle = multiplier × its angle + offset; empty for a free one.
     """
 
@@ -76,6 +78,7 @@ class TreeJoint(Value):
     mimic: str = ""
     multiplier: float = 1.0
     offset: float = 0.0
+    stiffness: float = field(default=float("nan"), metadata=LATER)
 
     @property
     def moves(self) -> bool:

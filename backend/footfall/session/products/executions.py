@@ -53,8 +53,9 @@ _NAMED = {
 }
 """Kind of an execution → what it is of, and what is not predicted without it."""
 
-SAG_OF_DESCRIBED = (
-    "how robots that others described sag is in no model: they are commanded as planned; touch-down is not predicted"
+SAG_NOT_SAID = (
+    "the robot's description does not say how its joints give way: they are commanded as planned; touch-down is not "
+    "predicted"
 )
 
 
@@ -74,8 +75,9 @@ class Executions:
 
     def way_of_commands(self) -> CommandWay:
         """How a planned step is commanded unless an order says otherwise: with the pose held where sag is known."""
-        if self._core.described is not None:
-            return CommandWay("rigid", SAG_OF_DESCRIBED)
+        described = self._core.described
+        if described is not None:
+            return CommandWay("pose_held", HELD) if described.sags else CommandWay("rigid", SAG_NOT_SAID)
         if self._rover.seen_to_give_way is not None:
             return CommandWay("pose_held", HELD) if self._rover.seen_to_give_way else CommandWay("rigid", HOLDS)
         state = None if self._core.state.state is None else self._core.typed(RobotState, self._core.state.state)
@@ -87,6 +89,8 @@ class Executions:
         """How the commands of a sequence take the rover, as plain JSON; doubt: it sags otherwise than they know."""
         if self._core.typed(Sequence, sequence).at_rest is not None:
             asked = self.executed_with(sequence)
+            if asked is None and self._core.described is not None:
+                return {"mode": "pose_held", "text": f"pose held: {HELD}", "doubt": False}
             if asked is None:
                 return {"mode": "for_sag", "text": "commanded for sag, as the file says", "doubt": False}
             title, text = MODES[asked.mode]

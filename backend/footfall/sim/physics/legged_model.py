@@ -1,8 +1,8 @@
 """A robot that others described and its ground as a MuJoCo model.
 
-Masses, inertias, joints, shapes and soles are those of the description. How joints give way no URDF says: SERVO_GIVE,
-DAMPING_TIME and ARMATURE_TIME are assumed, and ``assumed`` tells what else is. Body pairs that the planner keeps apart
-make contact here, no others; every body meets the ground.
+Masses, inertias, joints, shapes and soles are those of the description. How joints give way no URDF says: where the
+robot.toml does not, SERVO_GIVE is assumed; DAMPING_TIME and ARMATURE_TIME always are, and ``assumed`` tells what else
+is. Body pairs that the planner keeps apart make contact here, no others; every body meets the ground.
 """
 
 from dataclasses import dataclass
@@ -141,11 +141,20 @@ def _compiled(spec: mujoco.MjSpec, robot: LeggedRobot) -> tuple[mujoco.MjModel, 
     return spec.compile(), overlapping
 
 
-def _stiffness(robot: LeggedRobot, settings: PhysicsSettings) -> Array:
-    """Of each joint. Limits of effort that no leg needs, or that are not said, tell nothing of a motor's gains."""
+def assumed_stiffness(robot: LeggedRobot) -> Array:
+    """What is taken for the stiffness of joints, (joints,) [N·m/rad or N/m], where nobody says it.
+
+    Limits of effort that no leg needs, or that are not said, tell nothing of a motor's gains.
+    """
     slides = np.concatenate([solver.limb.slides for solver in robot.limbs])
     weight = robot.mass * GRAVITY * np.where(slides, 1.0, robot.length)
-    return settings.stiffness_scale * np.minimum(robot.efforts, weight) / np.where(slides, SERVO_GIVE_SLIDE, SERVO_GIVE)
+    return np.minimum(robot.efforts, weight) / np.where(slides, SERVO_GIVE_SLIDE, SERVO_GIVE)
+
+
+def _stiffness(robot: LeggedRobot, settings: PhysicsSettings) -> Array:
+    """Of each joint in physics, as said or else assumed."""
+    said = np.isfinite(robot.stiffness)
+    return settings.stiffness_scale * np.where(said, robot.stiffness, assumed_stiffness(robot))
 
 
 def _overlapping(robot: LeggedRobot, model: mujoco.MjModel) -> list[set[str]]:
@@ -159,8 +168,10 @@ def _overlapping(robot: LeggedRobot, model: mujoco.MjModel) -> list[set[str]]:
 
 def _assumed(robot: LeggedRobot, boxes: list[str], overlapping: list[set[str]]) -> list[str]:
     said = [
-        f"a joint gives {SERVO_GIVE:g} rad (one that slides {1000 * SERVO_GIVE_SLIDE:g} mm) at its whole effort, or "
-        f"under the whole weight at the longest leg where that is less, with {DAMPING_TIME:g} s of damping",
+        f"joints are damped: {DAMPING_TIME:g} s times their stiffness"
+        if robot.sags
+        else f"a joint gives {SERVO_GIVE:g} rad (one that slides {1000 * SERVO_GIVE_SLIDE:g} mm) at its whole effort, "
+        f"or under the whole weight at the longest leg where that is less, with {DAMPING_TIME:g} s of damping",
         f"motor and gear add inertia: {ARMATURE_TIME:g} s squared times the joint's stiffness",
         "convex hulls stand for shapes",
     ]

@@ -43,7 +43,9 @@ def legged_referee(
     """
     if sequence.robot != robot.name or sequence.start.shape != (len(robot.joint_names),):
         raise InvalidInput(f"the sequence is for {sequence.robot}, the robot is {robot.name}")
-    run = _Run(robot, sequence, LeggedBody(robot, dem, sequence.start, sequence.T_site_base, physics))
+    body = LeggedBody(robot, dem, sequence.start, sequence.T_site_base, physics)
+    body.commanded = sequence.set_points_before(0).copy()
+    run = _Run(robot, sequence, body)
     run.rest()
     run.begin()
     for row in range(len(sequence.commands)):
