@@ -166,7 +166,7 @@ def carried(
         return T, stood
     there = placed(robot, posture)
     T_now = fitted(there.soles, stood.soles, down)[0]
-    if not robot.radii.any():
+    if not robot.rolls:
         return T_now, stood
     turns, soles = foot_turns(robot, placed(robot, q), T), stood.soles
     for _ in range(ROUNDS):

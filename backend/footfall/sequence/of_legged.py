@@ -14,7 +14,7 @@ from footfall.core.errors import InvalidInput, InvalidSequence
 from footfall.core.frames import apply, require_transform
 from footfall.core.value import Provenance
 from footfall.planning.legged.footing import rest
-from footfall.planning.legged.measured import as_measured
+from footfall.planning.legged.measured import as_measured, set_points_of
 from footfall.planning.legged.problem import LeggedPlan
 from footfall.planning.legged.sagging import held_set_points
 from footfall.planning.legged.whole_check import Feet
@@ -140,7 +140,7 @@ def _at_rest(robot: LeggedRobot, dem: Dem, start: Array, T_site_base: Array, set
         state = as_measured(robot, start, T_site_base, _feet(robot, dem, start, T_site_base, standing))
     except InvalidInput as err:
         raise InvalidSequence(f"the commands can't start: {err.message}") from err
-    return AtRest(state, start + state.joint_torques / robot.stiffness if set_points is None else set_points)
+    return AtRest(state, set_points_of(robot, state) if set_points is None else set_points)
 
 
 def _feet(robot: LeggedRobot, dem: Dem, q: Array, T_site_base: Array, standing: list[int]) -> Feet:

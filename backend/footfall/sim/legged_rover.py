@@ -12,7 +12,7 @@ import numpy as np
 
 from footfall.core.arrays import Array
 from footfall.core.errors import InvalidInput
-from footfall.planning.legged.measured import as_measured
+from footfall.planning.legged.measured import as_measured, set_points_of
 from footfall.planning.legged.rolling import Stood
 from footfall.planning.legged.sagging import SprungRest, gives_way_to
 from footfall.planning.legged.whole_check import Feet
@@ -64,7 +64,7 @@ class SimulatedLeggedRover(OrderedRover[LeggedRobot]):
         self._stood = Stood(*(np.full((len(robot.legs), 3), np.nan) for _ in range(3)))
         self._put_down()
         self._held = self._statics()
-        self.commanded = self.posture + self._held.joint_torques / robot.stiffness
+        self.commanded = set_points_of(robot, self._held)
 
     @property
     def time(self) -> float:

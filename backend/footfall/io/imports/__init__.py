@@ -12,6 +12,7 @@ from footfall.core.value import Provenance, digest
 from footfall.io.imports import from_csv, from_fprime, from_joint_csv, from_json, from_ros2, from_seqjson, from_yamcs
 from footfall.io.imports.parsed import ParsedSequence, json_of, text_of
 from footfall.io.robot_files import load_robot, robot_names
+from footfall.planning.legged.measured import set_points_told
 from footfall.planning.legged.problem import LeggedState
 from footfall.robot.legged.legged_robot import LeggedRobot
 from footfall.robot.model import Robot
@@ -127,9 +128,7 @@ def _set_points(robot: LeggedRobot, state: RobotState | LeggedState | None) -> A
     """Set points of the joints as a state tells them; None where it does not."""
     if isinstance(state, LeggedState):
         return state.set_points
-    if state is None or not robot.sags or not state.joint_torques.any():
-        return None
-    return state.posture + state.joint_torques / robot.stiffness
+    return None if state is None else set_points_told(robot, state)
 
 
 def _robot_of(parsed: ParsedSequence, given: Robot | LeggedRobot | None) -> Robot | LeggedRobot:

@@ -131,7 +131,7 @@ def _move_from(
     ahead = way_ahead(ground, state, began.sample, own)
     if isinstance(ahead, Refusal):
         return ahead
-    if ground.robot.radii.any():
+    if ground.robot.rolls:
         # only the way tells to a hair where the other feet roll to
         way = _judged_way(ground, leg, target, ReadyToLift(ahead.samples[-1], ahead.end), own, over)
         if isinstance(way, Refusal):

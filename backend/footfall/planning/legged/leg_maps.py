@@ -114,7 +114,7 @@ def _ready(ground: Ground, state: LeggedState, leg: int) -> tuple[list[_Begun], 
         if isinstance(ahead, Refusal):
             tally.refuse(ahead)
         elif isinstance(free, ReadyToLift):
-            rolled = [ReadyToLift(ahead.samples[-1], ahead.end)] if ground.robot.radii.any() else []
+            rolled = [ReadyToLift(ahead.samples[-1], ahead.end)] if ground.robot.rolls else []
             found.append(_Begun((free, *rolled), own, _hip(ground, leg, pose)))
     return found, "" if found else tally_in_words(tally)
 

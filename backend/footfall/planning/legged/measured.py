@@ -4,6 +4,7 @@ import numpy as np
 
 from footfall.balance.forces import distribute
 from footfall.balance.legged_effort import efforts_under
+from footfall.core.arrays import Array
 from footfall.core.errors import InvalidInput
 from footfall.core.frames import apply
 from footfall.planning.legged.footing import rest
@@ -70,6 +71,32 @@ def measured_at_rest(robot: LeggedRobot, dem: Dem, x: float = 0.0, y: float = 0.
     return as_measured(robot, stance.q, stance.T_site_base, all_standing(stance))
 
 
+def set_points_of(robot: LeggedRobot, state: RobotState) -> Array:
+    """Set points on which a robot rests, by its efforts.
+
+    Args:
+        robot: the robot.
+        state: of the robot, with its efforts.
+
+    Returns:
+        (joints,) [rad or m]; where it is, of a joint that nobody says the stiffness of.
+    """
+    return state.posture + state.joint_torques / robot.stiffness
+
+
+def set_points_told(robot: LeggedRobot, state: RobotState) -> Array | None:
+    """Set points on which a robot rests that sags, where telemetry tells its efforts.
+
+    Args:
+        robot: the robot.
+        state: of the robot.
+
+    Returns:
+        (joints,) [rad or m]; None of a rigid robot, and without efforts.
+    """
+    return set_points_of(robot, state) if robot.sags and state.joint_torques.any() else None
+
+
 def standing_state(robot: LeggedRobot, dem: Dem, state: RobotState) -> LeggedState:
     """How a robot stands on the ground, by its joints and its chassis; planners judge whether its feet are on it.
 
@@ -89,6 +116,5 @@ def standing_state(robot: LeggedRobot, dem: Dem, state: RobotState) -> LeggedSta
     soles = apply(state.T_site_base, placed(robot, state.posture).soles)
     rests = [rest(dem, float(x), float(y), float(r)) for (x, y, _), r in zip(soles, robot.radii, strict=True)]
     contacts, normals = (np.array([one[part] for one in rests]) for part in (1, 2))
-    told = robot.sags and state.joint_torques.any()
-    set_points = state.posture + state.joint_torques / robot.stiffness if told else None
-    return LeggedState(robot.name, state.posture, state.T_site_base, soles, contacts, normals, set_points)
+    told = set_points_told(robot, state)
+    return LeggedState(robot.name, state.posture, state.T_site_base, soles, contacts, normals, told)

@@ -97,7 +97,7 @@ def legs_rolled_to(
         (joints,) [rad or m], NaN for a leg whose way leads nowhere, and where the feet stand then.
     """
     there = legs_to(robot, T_after, stood.soles, q)
-    if not robot.radii.any():
+    if not robot.rolls:
         return there, stood
     before, now = foot_turns(robot, placed(robot, q), T_before), stood
     for number in range(ROUNDS):

@@ -15,7 +15,7 @@ from footfall.balance.balance_settings import GRAVITY
 from footfall.balance.legged_effort import moves_at, statics_of
 from footfall.core.arrays import Array
 from footfall.core.frames import apply, transform
-from footfall.planning.legged.measured import as_measured
+from footfall.planning.legged.measured import as_measured, set_points_of
 from footfall.planning.legged.rolling import Stood, foot_turns, rested, ways_rolled
 from footfall.planning.legged.whole_check import Feet
 from footfall.robot.legged.legged_robot import LeggedRobot
@@ -62,7 +62,7 @@ def held_set_points(robot: LeggedRobot, q: Array, T_site_base: Array, feet: Feet
     Raises:
         InvalidInput: no forces inside friction hold the robot on these feet.
     """
-    return q + as_measured(robot, q, T_site_base, feet).joint_torques / robot.stiffness
+    return set_points_of(robot, as_measured(robot, q, T_site_base, feet))
 
 
 def gives_way_to(
@@ -101,8 +101,7 @@ def _a_little_on(
     found = _at_rest(robot, set_points, before, stood, down, turns)
     if found is None:
         return None
-    after = foot_turns(robot, placed(robot, found.q), found.T_site_base)
-    soles = stood.soles + ways_rolled(robot, stood.normals, turns, after)
+    soles = _places(robot, stood, turns, placed(robot, found.q), found.T_site_base)
     # the ground under a foot that rolled is higher or lower than its tangent
     now = rested(robot, dem, stood, soles, down)
     found = _at_rest(robot, set_points, found, now, down, None)

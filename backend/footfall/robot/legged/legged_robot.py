@@ -107,6 +107,11 @@ class LeggedRobot:
         return tuple(leg.name for leg in self.model.legs)
 
     @property
+    def rolls(self) -> bool:
+        """Whether a foot rolls where it stands: a ball or a disc does, a point stays."""
+        return bool(self.radii.any())
+
+    @property
     def sags(self) -> bool:
         """Whether it is known how every joint gives way; else it is taken as rigid."""
         return self.description.sags
