@@ -27,6 +27,9 @@ function address(path) {
   return ROOT + (shown ? path.replace(/^\/sessions\/current\//, `/sessions/${shown}/`) : path);
 }
 
+// Whether whoever is logged in logs out: what is asked meanwhile comes too late, and no login has ended of itself.
+let leaving = false;
+
 export async function request(method, path, body, headers = {}, patience = 0) {
   const options = { method, headers: { "FootFall-Page": PAGE, ...headers } };
   if (patience) options.signal = AbortSignal.timeout(patience);
@@ -43,7 +46,7 @@ export async function request(method, path, body, headers = {}, patience = 0) {
     const doubt = method === "GET" ? "" : texts.arrivalUnknown;
     throw new Problem(0, { detail: texts.notAnswering(doubt) });
   }
-  if (response.status === 401) location.assign("/login.html?ended");
+  if (response.status === 401) location.assign(leaving ? "/login.html" : "/login.html?ended");
   const type = response.headers.get("Content-Type") || "";
   const answer = type.includes("json") ? readable(await response.json()) : await response.blob();
   if (!response.ok) throw new Problem(response.status, answer instanceof Blob ? {} : answer);
@@ -54,6 +57,17 @@ export const get = async (path) => (await request("GET", path)).body;
 export const post = async (path, body, headers) => (await request("POST", path, body, headers)).body;
 export const patch = async (path, body) => (await request("PATCH", path, body)).body;
 export const put = async (path, body) => (await request("PUT", path, body)).body;
+
+export async function logOut() {
+  leaving = true;
+  try {
+    await post("/logout", {});
+  } catch (problem) {
+    leaving = false;
+    throw problem;
+  }
+  location.assign("/login.html");
+}
 
 // One key for each deliberate act: a repeated request (double click, retry) is the same act.
 export const once = () => ({ "Idempotency-Key": crypto.randomUUID() });

@@ -1,7 +1,7 @@
 // Who is logged in, with which role, and logging out. What the role does not allow is marked, and says so when pressed.
 
 import { act } from "../acts.js";
-import { get, post } from "../api.js";
+import { get, logOut } from "../api.js";
 import { $, attempt, toast } from "../dom.js";
 import { lacking } from "../rights.js";
 import { known, subscribe } from "../store.js";
@@ -12,7 +12,7 @@ const CONTROLS = "[data-needs] :is(button, select, input)";
 
 export async function start() {
   known.me = await get("/me");
-  act({ text: texts.logOut, button: "log-out", run: logOut, refusal: () => (known.me.accounts ? "" : texts.noLogin) });
+  act({ text: texts.logOut, button: "log-out", run: () => attempt(logOut), refusal: () => (known.me.accounts ? "" : texts.noLogin) });
   $("log-out").hidden = !known.me.accounts;
   for (const kind of ["click", "submit", "change"]) document.addEventListener(kind, holdBack, true);
   subscribe(draw);
@@ -44,7 +44,3 @@ function holdBack(event) {
   toast(against);
 }
 
-const logOut = () => attempt(async () => {
-  await post("/logout", {});
-  location.assign("/login.html");
-});
