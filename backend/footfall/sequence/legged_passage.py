@@ -11,10 +11,9 @@ import numpy as np
 
 from footfall.core.arrays import Array
 from footfall.core.frames import apply
-from footfall.planning.legged.footing import rest
+from footfall.planning.legged.footing import FEET_OFF, rest
 from footfall.planning.legged.rolling import ROUNDS, Stood, foot_turns, rested, ways_rolled
 from footfall.planning.legged.sagging import SprungRest, gives_way_to
-from footfall.planning.legged.step import FEET_OFF
 from footfall.planning.legged.whole_check import Feet
 from footfall.robot.legged.legged_robot import LeggedRobot
 from footfall.robot.legged.posture import placed

@@ -12,11 +12,10 @@ import numpy as np
 from footfall.core.arrays import Array
 from footfall.core.beside import beside
 from footfall.core.frames import apply
-from footfall.planning.legged.footing import rest_heights
+from footfall.planning.legged.footing import FEET_OFF, rest_heights
 from footfall.planning.legged.problem import LeggedSettings
 from footfall.planning.legged.rolling import Stood
 from footfall.planning.legged.stance import Ground
-from footfall.planning.legged.step import FEET_OFF
 from footfall.planning.legged.whole_check import UNITS
 from footfall.robot.legged.legged_robot import LeggedRobot
 from footfall.robot.legged.posture import placed

@@ -17,6 +17,7 @@ from footfall.planning.legged.footing import rest
 from footfall.planning.legged.measured import as_measured, set_points_of
 from footfall.planning.legged.problem import LeggedPlan
 from footfall.planning.legged.sagging import held_set_points
+from footfall.planning.legged.under_feet import ground_under
 from footfall.planning.legged.whole_check import Feet
 from footfall.robot.legged.legged_robot import LeggedRobot
 from footfall.robot.legged.posture import placed
@@ -43,8 +44,8 @@ def make_legged_sequence(
 
     Of a robot that sags there is one more before and after each foot move, by which the load changes feet. Each takes
     as long as ``speed_fraction`` of the speed limits, and FASTEST_TURN and FASTEST_SLIDE, need, longer where its motion
-    begins and ends (RAMP). Raises InvalidSequence for another robot's plan, one that goes nowhere, and one that nothing
-    holds.
+    begins and ends (RAMP). The ground is where the plan's feet have it at first. Raises InvalidSequence for another
+    robot's plan, one that goes nowhere, and one that nothing holds.
     """
     joints = len(robot.joint_names)
     if plan.start.robot != robot.name or plan.waypoints.shape[1:] != (joints,):
@@ -52,6 +53,7 @@ def make_legged_sequence(
     if len(plan.waypoints) < 2:
         raise InvalidSequence("the plan goes nowhere: there is nothing to command")
     settings = settings or SequenceSettings(sample=COARSEST)
+    ground = ground_under(robot, dem, plan.start.soles, robot.legs)
     sliding = np.isin(robot.joint_names, robot.layout.sliding)
     fastest = np.where(sliding, FASTEST_SLIDE, FASTEST_TURN)
     speeds = np.minimum(settings.speed_fraction * robot.speeds, fastest)
@@ -63,13 +65,13 @@ def make_legged_sequence(
         )
     ]
     if robot.sags:
-        commands = _holding(robot, dem, plan, rows)
+        commands = _holding(robot, ground, plan, rows)
     else:
         commands = tuple(_command(robot, row.leg, row.phase, row.posture, row.duration) for row in rows)
     parents = {"plan": plan.digest, "robot": robot.digest, "dem": dem.digest}
     start = plan.waypoints[0]
     return legged_sequence(
-        robot, commands, start, plan.start.T_site_base, dem, settings, parents, plan.start.set_points
+        robot, commands, start, plan.start.T_site_base, ground, settings, parents, plan.start.set_points
     )
 
 

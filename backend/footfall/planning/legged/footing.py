@@ -13,6 +13,8 @@ from footfall.terrain.ground.surface import height_at, normal_at
 LATTICE = 8
 """Points of a ball's lower half to each side of its middle that are held against the ground: a ball sinks in by less
 than 1 / (2 · LATTICE²) of its radius."""
+FEET_OFF = 2e-3
+"""How far a foot that stands may be from where it is said to be, and from the ground [m]."""
 LEAST_DISC = 0.02
 """Radius of the ground whose normal counts, where the foot is smaller [m]."""
 

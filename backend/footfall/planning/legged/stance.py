@@ -1,6 +1,7 @@
 """A legged robot on its terrain: what stances, steps and walks are planned with."""
 
 from collections.abc import Iterator
+from functools import lru_cache
 
 import numpy as np
 
@@ -13,6 +14,7 @@ from footfall.planning.legged.whole_check import Feet, WholeCheck
 from footfall.robot.legged.legged_robot import LeggedRobot
 from footfall.robot.legged.posture import chassis_pose
 from footfall.terrain.dem import Dem
+from footfall.terrain.ground.unseen import filled
 
 ASIDE = 0.12
 """How far from its place at ease a footfall may be, as a share of the longest leg."""
@@ -22,12 +24,12 @@ SLOPE_COST = 0.15
 
 
 class Ground:
-    """A robot, its stance at ease, and the terrain it walks on."""
+    """A robot, its stance at ease, and the terrain it walks on: bodies are checked over ground without holes."""
 
     def __init__(self, robot: LeggedRobot, dem: Dem, settings: LeggedSettings) -> None:
         self.robot, self.dem, self.settings = robot, dem, settings
         self.ease: Ease = at_ease(robot)
-        self.check = WholeCheck(robot, dem, settings, self.ease.apart)
+        self.check = WholeCheck(robot, whole(dem), settings, self.ease.apart)
 
     def footfalls(self, leg: int, x: float, y: float) -> Iterator[Rest]:
         """Rests of a foot on ground that is known and not too steep, the best first.
@@ -66,6 +68,21 @@ class Ground:
     def state(self, q: Array, T_site_base: Array, soles: Array, contacts: Array, normals: Array) -> LeggedState:
         """The robot standing so."""
         return LeggedState(self.robot.name, q, T_site_base, soles, contacts, normals)
+
+
+@lru_cache(maxsize=2)
+def whole(dem: Dem) -> Dem:
+    """The ground with its holes filled, as :mod:`footfall.terrain.ground.unseen` says; itself where it has none.
+
+    Args:
+        dem: the ground, in site.
+
+    Returns:
+        The same cells, each with a height.
+    """
+    if np.isfinite(dem.heights).all():
+        return dem
+    return Dem(filled(dem.heights), dem.geometry, dem.name, dem.provenance)
 
 
 def all_standing(state: LeggedState) -> Feet:

@@ -9,17 +9,14 @@ from footfall.core.frames import apply, heading
 from footfall.core.value import Provenance
 from footfall.planning.answers import Status
 from footfall.planning.legged.foot_move import FootMove, foot_moves, plan_of
-from footfall.planning.legged.footing import rest
-from footfall.planning.legged.problem import LeggedResult, LeggedSettings, LeggedState
+from footfall.planning.legged.footing import FEET_OFF, rest
+from footfall.planning.legged.problem import LeggedPlan, LeggedResult, LeggedSettings, LeggedState
 from footfall.planning.legged.stance import Ground, all_standing
 from footfall.planning.legged.whole_check import LIMIT_RESERVE, Refusal, Tally
 from footfall.robot.legged.legged_robot import LeggedRobot
 from footfall.robot.legged.posture import placed
 from footfall.robot.tolerance import inside
 from footfall.terrain.dem import Dem
-
-FEET_OFF = 2e-3
-"""How far the feet of a state may be from where it says, and from the ground [m]."""
 
 LED_BACK = LIMIT_RESERVE + 1e-9
 """So far inside its limit a plan starts a joint: rounding must not put it back into the reserve [rad or m]."""
@@ -88,7 +85,7 @@ def _plan(ground: Ground, state: LeggedState, leg: int, target: tuple[float, flo
         "",
         found.tally.checks(),
         tally.most_refused(),
-        unchecked(robot),
+        unchecked(robot) + unseen(ground, plan),
         provenance(ground, state),
     )
 
@@ -156,6 +153,18 @@ def unchecked(robot: LeggedRobot) -> tuple[str, ...]:
     found += [f"{name}: no collision shape" for name, shapes in zip(bodies, robot.shapes, strict=True) if not shapes]
     found += [f"{bodies[a]} and {bodies[b]} touch as they are built" for a, b in sorted(robot.touching)]
     return tuple(found)
+
+
+def unseen(ground: Ground, plan: LeggedPlan | None) -> tuple[str, ...]:
+    """That ground near the way of a plan's chassis was seen by nobody, and what it was taken for."""
+    grid, reach = ground.dem.geometry, ground.robot.length
+    if plan is None:
+        return ()
+    rows, cols = np.nonzero(np.isnan(ground.dem.heights))
+    for x, y in np.unique(plan.Ts_site_base[:, :2, 3].round(2), axis=0):
+        if (np.hypot(grid.xs[cols] - x, grid.ys[rows] - y) <= reach).any():
+            return ("ground that nobody saw: taken to be as high as the highest known beside it",)
+    return ()
 
 
 def provenance(ground: Ground, state: LeggedState) -> Provenance:

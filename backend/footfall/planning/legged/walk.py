@@ -29,6 +29,7 @@ from footfall.planning.legged.step import (
     start_refused,
     tally_in_words,
     unchecked,
+    unseen,
 )
 from footfall.planning.legged.whole_check import Refusal, Tally
 from footfall.planning.walk.problem import WalkGoal, goal_of
@@ -302,7 +303,7 @@ def _answer(
         reason,
         walk.tally.checks(),
         walk.tries.most_refused(),
-        unchecked(ground.robot),
+        unchecked(ground.robot) + unseen(ground, plan or partial),
         provenance(ground, walk.start),
         partial,
     )

@@ -17,9 +17,6 @@ from footfall.planning.answers import Status
 from footfall.planning.execution.execution_settings import MODES
 from footfall.session.jobs.requests import (
     BodyMoveRequest,
-    DescribedMapRequest,
-    DescribedStepRequest,
-    DescribedWalkRequest,
     ExecutionRequest,
     ExportRequest,
     FootMovesRequest,
@@ -220,35 +217,6 @@ def route(parents: Mapping[str, Any], settings: RouteRequest, progress: Progress
     return plan_route(robot, dem, state, settings.goal, settings.settings, progress, look, fit)
 
 
-def described_maps(parents: Mapping[str, Any], settings: DescribedMapRequest, progress: Progress) -> Value:
-    """robot that others described, dem, state; DescribedMapRequest → MapStack."""
-    from footfall.planning.legged.leg_maps import compute_maps
-    from footfall.planning.legged.measured import standing_state
-
-    robot, dem, state = (parents[name] for name in ("robot", "dem", "state"))
-    return compute_maps(robot, dem, standing_state(robot, dem, state), settings.leg, settings.settings, progress)
-
-
-def described_step(parents: Mapping[str, Any], settings: DescribedStepRequest, progress: Progress) -> Value:
-    """robot that others described, dem, state; DescribedStepRequest → LeggedResult."""
-    from footfall.planning.legged.measured import standing_state
-    from footfall.planning.legged.step import plan_step
-
-    robot, dem, state = (parents[name] for name in ("robot", "dem", "state"))
-    chosen = settings.footfall
-    start = standing_state(robot, dem, state)
-    return plan_step(robot, dem, start, chosen.leg, (chosen.x, chosen.y), settings.settings)
-
-
-def described_walk(parents: Mapping[str, Any], settings: DescribedWalkRequest, progress: Progress) -> Value:
-    """robot that others described, dem, state; DescribedWalkRequest → LeggedResult."""
-    from footfall.planning.legged.measured import standing_state
-    from footfall.planning.legged.walk import plan_walk
-
-    robot, dem, state = (parents[name] for name in ("robot", "dem", "state"))
-    return plan_walk(robot, dem, standing_state(robot, dem, state), settings.goal, settings.settings, progress)
-
-
 def sequence(parents: Mapping[str, Any], settings: None, progress: Progress) -> Value:
     """robot, dem, plan (a result that has one: step, chassis move, shift, queue or walk) or execution → Sequence."""
     from footfall.planning.legged.problem import LeggedResult
@@ -322,13 +290,15 @@ def edit(parents: Mapping[str, Any], settings: Any, progress: Progress) -> Value
 def from_file(parents: Mapping[str, Any], settings: ImportRequest, progress: Progress) -> Value:
     """robot, dem, and state for files that don't say from where they start; ImportRequest → Sequence."""
     from footfall.io.imports import sequence_of
-    from footfall.planning.legged.measured import standing_state
     from footfall.robot.legged.legged_robot import LeggedRobot
+    from footfall.session.jobs.described_recipes import from_feet, on_map
 
     robot, dem, state = (parents[name] for name in ("robot", "dem", "state"))
+    name, content = settings.name, settings.content.tobytes()
     if isinstance(robot, LeggedRobot):
-        state = standing_state(robot, dem, state)
-    return sequence_of(settings.name, settings.content.tobytes(), robot, dem, otherwise=state)
+        _, ground, start = from_feet(parents)
+        return on_map(sequence_of(name, content, robot, ground, otherwise=start), ground, parents)
+    return sequence_of(name, content, robot, dem, otherwise=state)
 
 
 def export(parents: Mapping[str, Any], settings: ExportRequest, progress: Progress) -> bytes:

@@ -23,6 +23,7 @@ def entered(kind: Kind) -> Kind:
 
 
 _RECIPES = "footfall.session.jobs.product_recipes"
+_DESCRIBED = "footfall.session.jobs.described_recipes"
 
 TERRAIN = entered(
     Kind(
@@ -277,7 +278,7 @@ DESCRIBED_MAPS = entered(
         makes="MapStack",
         request="DescribedMapRequest",
         needs=GROUND,
-        recipe=f"{_RECIPES}:described_maps",
+        recipe=f"{_DESCRIBED}:maps",
         loads="footfall.planning.legged.leg_maps",
         becomes=Becomes.MAPS,
         for_cells=True,
@@ -291,7 +292,7 @@ DESCRIBED_STEP = entered(
         makes="LeggedResult",
         request="DescribedStepRequest",
         needs=GROUND,
-        recipe=f"{_RECIPES}:described_step",
+        recipe=f"{_DESCRIBED}:step",
         loads="footfall.planning.legged.step",
         given_as="plan",
         watched=True,
@@ -307,7 +308,7 @@ DESCRIBED_WALK = entered(
         makes="LeggedResult",
         request="DescribedWalkRequest",
         needs=GROUND,
-        recipe=f"{_RECIPES}:described_walk",
+        recipe=f"{_DESCRIBED}:walk",
         loads="footfall.planning.legged.walk",
         given_as="plan",
         watched=True,
