@@ -214,7 +214,7 @@ def serve(
     workers: int = 2,
     worker_beside: bool = True,
     policy: Path | None = None,
-    described: tuple[LeggedRobot, Dem] | None = None,
+    described: tuple[LeggedRobot, Dem | None] | None = None,
 ) -> None:
     """Serve until SIGINT or SIGTERM, then end every process that was started.
 
@@ -227,7 +227,7 @@ def serve(
     light_time: delay made on the way to and from the rover. foxglove: port of a live Foxglove WebSocket; None: none.
     workers: how many jobs at a time on this machine; worker_beside: where jobs go through a database, whether this
     machine takes some. policy: file of a learned table that walks in a closed loop may choose gaits by.
-    described: a robot that others described, and its ground, which a new session is to be about.
+    described: a robot that others described, and its ground where it is known, which a new session is to be about.
 
     Raises InvalidInput, NotFound and Conflict before anything is started.
     """
@@ -256,7 +256,9 @@ def serve(
         )
         if described is not None:
             robot, dem = described
-            sessions.create(robot.name, robot).terrains.load(dem, dem.name)
+            live = sessions.create(robot.name, robot)
+            if dem is not None:
+                live.terrains.load(dem, dem.name)
         elif session is not None:
             sessions.open(session)
         elif sample is not None:

@@ -130,11 +130,13 @@ class RoverProcess:
         if live is None:
             return
         if live.described is not None and live.state.dem is None:
-            # without cameras it will never see the ground, and no made one is known to suit its size
+            # no made ground is known to suit its size
             if live.id != self._session:
                 self._session = self._world = None
                 self._stop()
-            self.fault = f"{live.described.name} is simulated when a terrain is loaded: it has no cameras to see one"
+            self.fault = (
+                f"{live.described.name} is simulated when a terrain is loaded: nobody says on what ground it stands"
+            )
             return
         world = self._world if live.id == self._session and self._world else loaded_world(live)
         if live.id != self._session:

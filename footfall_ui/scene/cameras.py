@@ -1,5 +1,6 @@
 """What the rover's cameras see: a frustum for the left one of each pair; the right one is beside it."""
 
+from collections.abc import Sequence
 from dataclasses import dataclass
 
 import numpy as np
@@ -7,10 +8,12 @@ import viser
 from numpy.typing import NDArray
 
 from footfall.core.frames import quat_wxyz
-from footfall.robot.description import RobotDescription
+from footfall.robot.description import CameraPairSpec
+from footfall_ui.scene.any_robot import AnyRobot, size
 from footfall_ui.scene.drawn import Drawn
 
 SIZE = 0.5
+"""Of a frustum beside ATHLETE [m]."""
 COLOR = (255, 140, 220)
 
 
@@ -24,9 +27,9 @@ class Frustum:
     aspect: float
 
 
-def frusta(description: RobotDescription) -> tuple[Frustum, ...]:
+def frusta(pairs: Sequence[CameraPairSpec]) -> tuple[Frustum, ...]:
     """One for each camera pair."""
-    cameras = [(pair.name, pair.camera_left) for pair in description.cameras]
+    cameras = [(pair.name, pair.camera_left) for pair in pairs]
     return tuple(
         Frustum(name, one.T_base_camera, 2 * float(np.arctan(one.height / (2 * one.fy))), one.width / one.height)
         for name, one in cameras
@@ -36,10 +39,9 @@ def frusta(description: RobotDescription) -> tuple[Frustum, ...]:
 class CamerasDrawing:
     """Frusta and names on a drawn rover, which carries them along; they go with it."""
 
-    def __init__(
-        self, server: viser.ViserServer | viser.ClientHandle, description: RobotDescription, name: str = "rover"
-    ) -> None:
-        self._server, self._frusta, self._root = server, frusta(description), f"/{name}/cameras"
+    def __init__(self, server: viser.ViserServer | viser.ClientHandle, robot: AnyRobot, name: str = "rover") -> None:
+        self._server, self._frusta, self._root = server, frusta(robot.description.cameras), f"/{name}/cameras"
+        self._scale = SIZE * size(robot)
         self._drawn = Drawn(server)
         self._shown = False
 
@@ -55,7 +57,7 @@ class CamerasDrawing:
                 f"{self._root}/{one.name}/field",
                 one.fov,
                 one.aspect,
-                scale=SIZE,
+                scale=self._scale,
                 color=COLOR,
                 thickness=2.0,
                 thickness_units="screen",

@@ -22,7 +22,7 @@ from footfall_ui.scene.torque import TorqueDrawing
 
 
 class RoverPart:
-    """Draws one session's rover at a time; torques and cameras of robots of ATHLETE's build alone."""
+    """Draws one session's rover at a time; torques of robots of ATHLETE's build alone."""
 
     def __init__(self, server: viser.ViserServer | viser.ClientHandle, turned: Callable[[], None]) -> None:
         """turned: called when the operator has turned the view away from the look that was asked for."""
@@ -60,7 +60,7 @@ class RoverPart:
         self._rover = drawn_robot(self._server, robot)
         athletes = None if isinstance(robot, LeggedRobot) else robot
         self._torques = None if athletes is None else TorqueDrawing(self._server, athletes)
-        self._cameras = None if athletes is None else CamerasDrawing(self._server, athletes.description)
+        self._cameras = CamerasDrawing(self._server, robot)
         self._of = live
 
     def draw(self, live: LiveSession) -> None:

@@ -64,18 +64,21 @@ function onward({ walking, ready, rest }) {
   return thing(rest ? "walk-rest" : "walk-next", makeCommandsOf(which), "", judge);
 }
 
-// A robot that others described walks as a whole, without images. planned: the plan, not carried out, that commands are to be made
-// of; null: none. footfall: the chosen one where no step to it was planned.
-function asAWhole(facts, { planned, footfall }) {
+// A robot that others described walks as a whole. planned: the plan, not carried out, that commands are to be made of; null: none.
+// footfall: the chosen one where no step to it was planned. sees: whether it has cameras.
+function asAWhole(facts, { planned, footfall, sees }) {
   const { ground, goal, walk, fits, ready, picking } = facts;
   if (ready) return thing("arm", armIt, texts.aboutArm, "sequence");
+  const look = sees ? lookedAt(facts) : null;
+  if (look) return look;
   if (!ground) return wait(texts.loadGround, texts.noGround);
   const meant = isMeant(facts);
   if (goal && !(meant && (fits || (walk.plan && planned?.plan !== walk.digest)))) return thing("plan-walk", shared.planWalk, texts.to(goal));
   const judge = meant ? "walk" : "run";
   if (planned) return thing("make-sequence", makeCommandsOf(planned.text), "", judge);
   if (footfall) return thing("plan", planStep, texts.toFootfall(footfall), "");
-  return picking ? { ...PICKS, judge } : thing("walk-to", texts.walkTo, texts.aboutWalkTo, judge);
+  const again = sees && !picking ? lookedAgain(facts) : null;
+  return again ?? (picking ? { ...PICKS, judge } : thing("walk-to", texts.walkTo, texts.aboutWalkTo, judge));
 }
 
 // Ground there must be, of the newest images.

@@ -13,6 +13,9 @@ export const slides = (joint) => known.robot.joint_units[joint] === "m";
 // Whether it has ATHLETE's legs; else others described it.
 export const isAthletes = () => known.robot.athletes_build;
 
+// Whether it has cameras to see the ground with.
+export const sees = () => known.robot.cameras.length > 0;
+
 // By what its "step" or "walk" is planned: {kind, folder}.
 export const plannedBy = (what) => known.robot.planned_by[what];
 export const orders = (what) => `/sessions/current/${plannedBy(what).folder}`;
@@ -21,7 +24,7 @@ export const orders = (what) => `/sessions/current/${plannedBy(what).folder}`;
 // whose part says so is not for it either.
 export function notFor(part) {
   const lack = part?.closest("[data-alone]")?.dataset.alone;
-  return lack && known.robot && !isAthletes() ? texts.ALONE[lack] : "";
+  return lack && known.robot && !isAthletes() && !(lack === "cameras" && sees()) ? texts.ALONE[lack] : "";
 }
 
 // Takes out of sight what is not for this robot. An area, or a group of several things, keeps its heading and says why; a single
@@ -29,6 +32,7 @@ export function notFor(part) {
 export function leaveOut() {
   if (isAthletes()) return;
   for (const part of /** @type {NodeListOf<HTMLElement>} */ (document.querySelectorAll("[data-alone]"))) {
+    if (!notFor(part)) continue;
     if (part.matches("button, label, a, p")) {
       part.classList.add("alone");
       continue;

@@ -317,7 +317,7 @@ def test_the_line_of_events_says_what_the_stream_says(quiet, client):
 def test_pictures_that_come_faster_than_they_are_stored_are_dropped_and_told(quiet, client, monkeypatch):
     go_on, used = threading.Event(), []
 
-    def slowly(content, legs, unpacks):
+    def slowly(content, legs, unpacks, described):
         assert go_on.wait(BOUND)
         used.append(len(content))
         raise InvalidImages("no pictures")

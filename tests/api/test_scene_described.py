@@ -40,7 +40,7 @@ from footfall_ui.scene.robot import BODY, CHOSEN, GHOST
 from footfall_ui.scene.support import stance_of
 from footfall_ui.scene.swept import swept_poses
 from footfall_ui.scene.tracks import OVER, print_lines
-from tests.support.described import robot_of
+from tests.support.described import robot_of, seeing
 from tests.support.waiting import BOUND, until
 
 LEG = 1
@@ -73,6 +73,7 @@ class Viewed(NamedTuple):
 @pytest.fixture(scope="module", params=[4, 6], ids=["four legs", "six legs"])
 def viewed(request: pytest.FixtureRequest, tmp_path_factory: pytest.TempPathFactory) -> Iterator[Viewed]:
     robot, dem = robot_of(request.param)[1], fractal(2.4, 0.1, roughness=0.01, seed=3)
+    robot = seeing(robot) if request.param == 6 else robot
     server = viser.ViserServer(host="127.0.0.1", port=0, verbose=False)
     with Sessions(tmp_path_factory.mktemp("sessions"), jobs=InlineJobs()) as sessions:
         live = sessions.create("described", robot)
@@ -160,11 +161,18 @@ def test_switches_show_what_such_robots_have(viewed: Viewed) -> None:
     for name in names:
         viewed.handle(name)
     assert viewed.handle("/forces/text").text.startswith(f"leg {viewed.robot.leg_names[LEG]}: ")
-    live.choices.set_view(shown={"forces": False, "support": False})
+    pairs = viewed.robot.description.cameras
+    for pair in pairs:
+        field = viewed.handle(f"/rover/cameras/{pair.name}/field")
+        np.testing.assert_allclose(field.position, pair.camera_left.T_base_camera[:3, 3], atol=1e-6)
+        assert field.scale == pytest.approx(0.5 * size(viewed.robot))
+    assert len(pairs) == (7 if len(viewed.robot.legs) == 6 else 0)
+    live.choices.set_view(shown={"forces": False, "support": False, "cameras": False})
     for name in names[:-1]:
         viewed.gone(name)
     assert server.scene.get_handle_by_name("/rover/torques/good") is None
-    assert server.scene.get_handle_by_name("/rover/cameras") is None
+    for pair in pairs:
+        viewed.gone(f"/rover/cameras/{pair.name}/field")
 
 
 def test_footfalls_and_way_of_a_walk_lie_where_its_plan_has_them(viewed: Viewed, walk: LeggedPlan) -> None:

@@ -200,7 +200,7 @@ def test_swept_samples_begin_and_end_as_the_plan_does(athlete, stood, plan):
 
 def test_a_frustum_holds_what_its_camera_sees(athlete):
     """The corner of a frustum, by its two numbers, is the picture's corner, by the pinhole."""
-    for pair, one in zip(athlete.description.cameras, frusta(athlete.description), strict=True):
+    for pair, one in zip(athlete.description.cameras, frusta(athlete.description.cameras), strict=True):
         camera, up = pair.camera_left, np.tan(one.fov / 2)
         assert one.name == pair.name
         assert up == pytest.approx(camera.height / 2 / camera.fy)

@@ -9,10 +9,11 @@ import pytest
 from playwright.sync_api import Browser, Page, Route, expect
 
 from footfall.core.frames import apply
+from footfall.robot.legged.legged_robot import LeggedRobot
 from footfall.robot.legged.posture import placed
 from footfall.terrain.generate import fractal
 from tests.support.browsers import kill_browsers
-from tests.support.described import robot_of
+from tests.support.described import robot_of, seeing
 from tests.support.page_steps import SESSION, held, keep_pressed, lay_out, made
 from tests.support.server import Running, running_server
 from tests.support.waiting import BOUND, else_after, until
@@ -29,11 +30,17 @@ def legs() -> int:
 
 
 @pytest.fixture
-def robot_served(tmp_path: Path, legs: int) -> Iterator[Running]:
+def robot(legs: int, request: pytest.FixtureRequest) -> LeggedRobot:
+    """What it is; asked for with a parameter, one of six legs with cameras."""
+    return seeing(robot_of(legs)[1], side=180) if hasattr(request, "param") else robot_of(legs)[1]
+
+
+@pytest.fixture
+def robot_served(tmp_path: Path, robot: LeggedRobot) -> Iterator[Running]:
     """A session about a made robot on small ground, its rover connected."""
 
     def prepare(sessions) -> None:
-        live = sessions.create("made robot", robot_of(legs)[1])
+        live = sessions.create("made robot", robot)
         live.terrains.load(fractal(2.4, 0.2, roughness=0.01, seed=3), "made for the tests")
 
     with running_server(tmp_path, prepare=prepare) as running:
@@ -142,6 +149,23 @@ def test_what_it_has_not_is_said_once_and_gauges_show_what_it_has(other: Page, r
     other.locator("#plot-quantity").select_option("position")
     expect(other.locator("#plot-series li")).to_have_count(3)
     expect(other.locator("#plot-series li b").first).to_have_text(re.compile(r"\d"))
+
+
+@pytest.mark.parametrize("robot", [pytest.param(None, id="with cameras")], indirect=True)
+def test_one_that_sees_takes_images_and_builds_its_ground(other: Page, robot_served: Running) -> None:
+    loaded = held(robot_served)["dem"]
+    expect(other.locator("#panel-images")).not_to_contain_text("no cameras")
+    other.locator("#area-ground").click()
+    expect(other.locator("#take-images")).to_be_visible()
+    expect(other.locator("#next-act")).to_have_text("Walk to…")
+    other.keyboard.press("I")
+    expect(other.locator("#next-act")).to_have_text("Build terrain")
+    other.locator("#next-act").click()
+    until(lambda: held(robot_served)["dem"] not in (None, loaded), "ground that is built of its images")
+    expect(other.locator("#next-act")).to_have_text("Walk to…")
+    other.locator("#area-images").click()
+    expect(other.locator("#panel-images")).to_contain_text("out0")
+    expect(other.locator("#panel-loop")).to_contain_text("does not walk by itself")
 
 
 def test_a_page_that_is_not_told_the_robot_waits_for_another_answer(chromium: Browser, quiet: Running) -> None:

@@ -28,18 +28,24 @@ if TYPE_CHECKING:
 SERVED = "athlete"
 
 
-def served_robot(robot: str, terrain: Path | None) -> "tuple[LeggedRobot, Dem] | None":
+def served_robot(robot: str, terrain: Path | None, sim: bool) -> "tuple[LeggedRobot, Dem | None] | None":
     """A robot that others described, and its ground, which a new session is to be about; None: none was asked for.
 
-    Raises InvalidInput for one without a terrain, or the other way round, and for another robot of ATHLETE's build.
+    sim: whether its rover is simulated. Raises InvalidInput for one whose ground nobody will see, for a terrain without
+    a robot, and for another robot of ATHLETE's build.
     """
     from footfall.io.any_robot import is_legged, load_legged
     from footfall.io.terrain_files import read_terrain
 
     if is_legged(robot):
-        if terrain is None:
+        body = load_legged(robot)
+        if terrain is not None:
+            return body, read_terrain(terrain)
+        if not body.description.cameras:
             raise InvalidInput(f"{Path(robot).name} has no cameras to see the ground: give it one with --terrain")
-        return load_legged(robot), read_terrain(terrain)
+        if sim:
+            raise InvalidInput("a simulated rover needs ground to stand on: give it with --terrain, or --no-sim")
+        return body, None
     if robot != SERVED:
         raise InvalidInput(f"a server has the robot of its session, not {robot}; leave out --robot")
     if terrain is not None:

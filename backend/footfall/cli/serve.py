@@ -79,7 +79,7 @@ def serve(
     """Serve the operator's page, the REST interface and a simulated rover until Ctrl-C."""
     if session is not None and robot != SERVED:
         raise InvalidInput("a session has its own robot: leave out --session or --robot")
-    described = served_robot(robot, terrain)
+    described = served_robot(robot, terrain, sim)
     with none_while_loading():
         from footfall.logs import start_logging
         from footfall.session.rover.light_time import LightTime

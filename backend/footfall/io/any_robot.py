@@ -35,7 +35,7 @@ def load_robot(name_or_path: str | Path) -> Robot | LeggedRobot:
 def load_legged(path: str | Path) -> LeggedRobot:
     """A robot by its name, or the path of its robot.toml. Raises NotFound and InvalidRobot as :func:`load_robot`."""
     read = read_proposed(robot_toml(path))
-    return LeggedRobot(read.model, read.postures, read.clearances, read.always)
+    return LeggedRobot(read.model, read.postures, read.clearances, read.always, read.cameras)
 
 
 def is_legged(name_or_path: str | Path) -> bool:

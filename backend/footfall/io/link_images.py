@@ -26,6 +26,7 @@ from footfall.core.errors import InvalidImages, InvalidInput, InvalidTelemetry
 from footfall.io.image_files import claimed_pixels
 from footfall.telemetry.fields import Fields, parse_object
 from footfall.telemetry.images import Camera, ImagePair, Snapshot
+from footfall.telemetry.joint_layout import JointLayout
 from footfall.telemetry.link import MAX_BINARY_FRAME
 from footfall.telemetry.link_state import camera_from, camera_object, state_from, state_object
 
@@ -65,10 +66,14 @@ def encode_images(request_id: str, snapshot: Snapshot) -> bytes:
 
 
 def decode_images(
-    frame: bytes, legs: int | None = None, unpacks: Callable[[int], Any] = lambda _: None
+    frame: bytes,
+    legs: int | None = None,
+    unpacks: Callable[[int], Any] = lambda _: None,
+    described: JointLayout | None = None,
 ) -> tuple[str, Snapshot]:
     """Request id and snapshot of a binary frame; pairs that can't be used stand in its ``left_out``.
 
+    legs, described: as :func:`footfall.telemetry.link_state.read_state` takes them.
     unpacks: told how many pixels there are before any is unpacked; what it raises is raised.
     Raises InvalidTelemetry where the frame can't be read, InvalidImages, with each reason, where no pair is left.
     """
@@ -76,7 +81,7 @@ def decode_images(
     fields = Fields(parse_object(frame[_LENGTH.size : start], finite=False), "images")
     fields.choice("type", ("images",))
     request_id = fields.identifier()
-    state = state_from(fields.inner("state"), legs)
+    state = state_from(fields.inner("state"), legs, described)
     bodies = fields.objects("pairs")
     fields.end()
     packed: list[tuple[str, bytes, bytes]] = []

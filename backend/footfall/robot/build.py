@@ -10,6 +10,7 @@ from numpy.typing import NDArray
 from footfall.core.errors import InvalidRobot
 from footfall.core.frames import rotation, transform
 from footfall.core.mesh import Mesh
+from footfall.robot.camera_pairs import camera_pair, focal_length, looking_axes
 from footfall.robot.description import (
     JOINTS,
     PARTS,
@@ -25,7 +26,6 @@ from footfall.robot.description import (
 from footfall.robot.meshes import shapes
 from footfall.robot.table import Table
 from footfall.robot.urdf import urdf_text
-from footfall.telemetry.images import Camera
 
 FORMAT = 1
 LEG_COUNTS = range(3, 10)
@@ -176,33 +176,15 @@ def _camera_pairs(group: Table) -> list[CameraPairSpec]:
     looking = group.text("looking")
     if looking not in ("in", "out"):
         raise InvalidRobot(f"{group.where}: cameras look 'in' or 'out'", looking=looking)
-    focal = round(width / 2 / math.tan(math.radians(group.number("fov_deg")) / 2), 9)
-    tilt = math.radians(group.number("tilt_deg"))
-    # Camera axes in a frame that looks along x with z up: z forward and down, x right, y completes them.
-    forward = np.array([math.cos(tilt), 0.0, -math.sin(tilt)])
-    right = np.array([0.0, -1.0, 0.0])
-    R_look_camera = np.column_stack([right, np.cross(forward, right), forward])
+    focal = focal_length(width, group.number("fov_deg"))
+    R_look_camera = looking_axes(math.radians(group.number("tilt_deg")))
     pairs = []
     for number, azimuth in enumerate(group.numbers("azimuths_deg")):
         T_base_place = _polar(azimuth, group.number("radius"), group.number("height"))
         R_base_look = T_base_place[:3, :3] @ rotation("z", math.pi if looking == "in" else 0.0)
-        R_base_camera = R_base_look @ R_look_camera
+        R_base_camera, middle = R_base_look @ R_look_camera, T_base_place[:3, 3]
         name = f"{group.text('name')}{number}"
-        left, right_camera = (
-            Camera(
-                name=f"{name}_{side}",
-                width=width,
-                height=height,
-                fx=focal,
-                fy=focal,
-                cx=(width - 1) / 2,
-                cy=(height - 1) / 2,
-                T_base_camera=np.round(transform(R_base_camera, T_base_place[:3, 3] + R_base_camera[:, 0] * shift), 12)
-                + 0.0,
-            )
-            for side, shift in (("left", -baseline / 2), ("right", baseline / 2))
-        )
-        pairs.append(CameraPairSpec(name, left, right_camera))
+        pairs.append(camera_pair(name, R_base_camera, middle, width, height, focal, baseline))
     return pairs
 
 

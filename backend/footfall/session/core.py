@@ -108,6 +108,11 @@ class SessionCore:
         return self._layout
 
     @property
+    def named_layout(self) -> "JointLayout | None":
+        """As :attr:`layout`, of a robot whose telemetry goes by names; None where it is of ATHLETE's build."""
+        return None if self.described is None else self.layout
+
+    @property
     def state(self) -> SessionState:
         """What the log folds to."""
         return self.folded_log.state

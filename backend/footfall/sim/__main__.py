@@ -62,8 +62,7 @@ def main() -> int:
 
 
 def _described(path: Path) -> LeggedRobot:
-    about = _stored(path, DescribedRobot)
-    return LeggedRobot(about.model, about.postures, about.clearances, about.always)
+    return LeggedRobot.of(_stored(path, DescribedRobot))
 
 
 def _stored(path: Path, kind: type[_V]) -> _V:

@@ -5,6 +5,7 @@ from multiprocessing.connection import Connection
 
 from footfall.core.errors import FootFallError, WorkerLost
 from footfall.io.link_images import encode_images
+from footfall.robot.legged.legged_robot import LeggedRobot
 from footfall.robot.model import Robot
 from footfall.sim.render import render_snapshot
 from footfall.telemetry.state import RobotState
@@ -14,7 +15,7 @@ from footfall.terrain.dem import Dem
 class Imager:
     """One worker process that holds the robot and its world. Starts at the first image; close it when done."""
 
-    def __init__(self, robot: Robot, dem: Dem, seed: int) -> None:
+    def __init__(self, robot: Robot | LeggedRobot, dem: Dem, seed: int) -> None:
         self._world = robot, dem, seed
         self._closed = False
         self._worker = None
@@ -62,7 +63,7 @@ class Imager:
         return process, ours
 
 
-def _work(connection: Connection, robot: Robot, dem: Dem, seed: int) -> None:
+def _work(connection: Connection, robot: Robot | LeggedRobot, dem: Dem, seed: int) -> None:
     while True:
         try:
             request_id, state, pairs = connection.recv()

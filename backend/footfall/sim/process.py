@@ -94,7 +94,7 @@ def run_rover(
     url: of the server's rover link, ``ws://127.0.0.1:8080/api/v1/rover``. terrain: its world, a file or a Dem.
     seed: of the cameras' noise. start: where it stands, or exactly in which state (default: the origin).
     physics: of a rover with masses and springs; None: a kinematic one, whose joints are where they are told to be. Of
-    robots that others described there are kinematic ones alone, without cameras.
+    robots that others described there are kinematic ones alone.
     with_parent: end when the process that started this one is gone.
     certificate: see :func:`footfall.sim.door.door_options`, which also says where the token is from.
 
@@ -106,7 +106,7 @@ def run_rover(
     body = load_robot(robot) if isinstance(robot, str) else robot
     dem = terrain if isinstance(terrain, Dem) else read_terrain(terrain)
     state = start if isinstance(start, RobotState) else _standing(body, dem, start or Start())
-    imager = Imager(body, dem, seed) if isinstance(body, Robot) else None
+    imager = Imager(body, dem, seed) if body.description.cameras else None
     client = RoverClient(url, _rover(body, dem, state, physics), imager, door_options(url, certificate))
     asyncio.run(_run(client, imager, with_parent))
 

@@ -14,6 +14,7 @@ from footfall.core.errors import InvalidTerrain, NotFound
 from footfall.core.mesh import Mesh
 from footfall.core.progress import Progress, no_progress
 from footfall.robot.description import CameraPairSpec
+from footfall.robot.legged.legged_robot import LeggedRobot
 from footfall.robot.model import Robot
 from footfall.sim.optics import EASY, CameraEffects, exposed
 from footfall.sim.raycast import TERRAIN, RayScene
@@ -138,7 +139,7 @@ def _edges(light: NDArray[np.float64], body: NDArray[np.int64]) -> NDArray[np.bo
     return edge
 
 
-def render_scene(robot: Robot, state: RobotState, dem: Dem) -> RenderScene:
+def render_scene(robot: Robot | LeggedRobot, state: RobotState, dem: Dem) -> RenderScene:
     """The scene of one state: the Dem's triangulation and every link of the robot where the state puts it.
 
     Raises InvalidTerrain where the terrain is nowhere in sight.
@@ -177,7 +178,7 @@ def render_pair(
 
 
 def render_snapshot(
-    robot: Robot,
+    robot: Robot | LeggedRobot,
     state: RobotState,
     dem: Dem,
     *,

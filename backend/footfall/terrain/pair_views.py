@@ -12,6 +12,7 @@ from numpy.typing import NDArray
 from footfall.core.errors import InvalidImages, NotFound
 from footfall.core.progress import Progress, no_progress
 from footfall.core.value import Value, value
+from footfall.robot.legged.legged_robot import LeggedRobot
 from footfall.robot.model import Robot
 from footfall.telemetry.images import Camera, ImagePair, Snapshot
 from footfall.telemetry.state import RobotState
@@ -70,7 +71,10 @@ class SnapshotViews(Value):
 
 
 def snapshot_views(
-    robot: Robot, snapshot: Snapshot, settings: TerrainSettings | None = None, progress: Progress = no_progress
+    robot: Robot | LeggedRobot,
+    snapshot: Snapshot,
+    settings: TerrainSettings | None = None,
+    progress: Progress = no_progress,
 ) -> SnapshotViews:
     """What a build from all pairs of a snapshot sees in each of them. Pairs that it would leave out say why."""
     settings = settings or TerrainSettings()
@@ -79,7 +83,7 @@ def snapshot_views(
     except InvalidImages as err:
         matched, reasons = [], err.details["pairs"]
     state, errors, legs = snapshot.state, None, "the legs are taken to be where the encoders say"
-    if settings.fit_legs and matched:
+    if settings.fit_legs and matched and isinstance(robot, Robot):
         fit = fit_posture(robot, state.posture, [(one.pair, one.disparity) for one in matched])
         state, errors, legs = replace(state, posture=fit.posture), fit.errors, fit.text
     by_name = {one.pair.name: one for one in matched}
@@ -112,7 +116,7 @@ def _view(found: Matched, mask: NDArray[np.uint8], used: float) -> PairView:
     return PairView(found.pair.name, found.disparity, mask, used, (low, high), (far, near))
 
 
-def silhouette(robot: Robot, state: RobotState, camera: Camera) -> NDArray[np.bool_]:
+def silhouette(robot: Robot | LeggedRobot, state: RobotState, camera: Camera) -> NDArray[np.bool_]:
     """Pixels (height, width) that show the robot where its joint angles have it; nothing is added for their errors."""
     return np.isinf(robot_depths(robot, state, camera))
 

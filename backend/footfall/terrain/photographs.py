@@ -8,6 +8,7 @@ import numpy as np
 from footfall.core.errors import InvalidImages
 from footfall.core.progress import Progress, no_progress, part
 from footfall.core.value import Provenance
+from footfall.robot.legged.legged_robot import LeggedRobot
 from footfall.robot.model import Robot
 from footfall.telemetry.images import ImagePair, Snapshot
 from footfall.telemetry.photographs import PhotographedPair, Photographs
@@ -30,7 +31,7 @@ def terrain_from_photographs(
     photographs: Photographs,
     settings: TerrainSettings | None = None,
     progress: Progress = no_progress,
-    robot: Robot | None = None,
+    robot: Robot | LeggedRobot | None = None,
     state: RobotState | None = None,
     refined: bool = False,
 ) -> Dem:

@@ -12,6 +12,8 @@ MATCHERS = ("hh", "3way")
 WHOLE, COMMON = "whole", "common"
 VIEWS = (WHOLE, COMMON)
 
+LEAST_RANGE = 0.05
+"""Ground nearer to a camera than this is not searched for [m]."""
 MAX_SKEW = 0.02
 """Both images of a pair must be taken within this time of each other [s]: a slow rover moves 1 mm."""
 
@@ -103,8 +105,8 @@ class TerrainSettings(Value):
             raise InvalidInput("half_size needs 2 to 1000 cells", half_size=self.half_size)
         if self.block_size not in (3, 5, 7, 9, 11):
             raise InvalidInput("block_size is an odd number from 3 to 11", block_size=self.block_size)
-        if not 0.05 <= self.min_range < self.max_range < 1000.0:
-            raise InvalidInput("needs 0.05 m ≤ min_range < max_range < 1000 m")
+        if not LEAST_RANGE <= self.min_range < self.max_range < 1000.0:
+            raise InvalidInput(f"needs {LEAST_RANGE} m ≤ min_range < max_range < 1000 m")
         if not 0 <= self.max_skew < math.inf:
             raise InvalidInput("max_skew needs a finite number of at least zero [s]", max_skew=self.max_skew)
         if not (self.max_jump > 0 and self.max_edge > 0 and self.gate > 0 and self.despike > 0):

@@ -5,7 +5,7 @@ import { act, actOfButton, perform } from "../acts.js";
 import { $, toast } from "../dom.js";
 import { goWithJob } from "../layout.js";
 import { nextThing } from "../nextthing.js";
-import { isAthletes } from "../robot.js";
+import { isAthletes, sees } from "../robot.js";
 import { changed, known, subscribe } from "../store.js";
 import * as commands from "../texts/commands.js";
 import * as texts from "../texts/next.js";
@@ -46,7 +46,7 @@ const against = () => (here.button ? actOfButton(here.button).refusal() : here.a
 function wholeOf({ to_command: planned, footfall, planned_for: { footfall: stepped } }) {
   if (isAthletes()) return null;
   const isPlanned = footfall && stepped && ["leg", "x", "y"].every((name) => footfall[name] === stepped[name]);
-  return { planned, footfall: isPlanned ? null : footfall };
+  return { planned, footfall: isPlanned ? null : footfall, sees: sees() };
 }
 
 function factsOf({ summary, walk, sequence }) {

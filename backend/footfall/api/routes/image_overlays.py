@@ -47,7 +47,7 @@ class Stretch(TypedDict):
 
 
 class FootfallInImage(TypedDict):
-    """The chosen footfall. at: its pixel, null outside. ring: of the wheel's radius, what is seen of it.
+    """The chosen footfall. at: its pixel, null outside. ring: of the radius of wheel or sole, what is seen of it.
 
     seen_by: the pairs of the snapshot in whose images, of this side, it is in sight.
     """
@@ -201,12 +201,12 @@ def _footfall(
 
     chosen = live.choices.now.footfall
     answer = None if chosen is None else live.maps.footfall_answer(chosen)
-    if answer is None or not answer["known"]:
+    if chosen is None or answer is None or not answer["known"]:
         return None
     R = frames.rotation_from_z(answer["normal"] or (0.0, 0.0, 1.0))
     point = np.array([answer["x"], answer["y"], answer["z"]])
     angle = np.linspace(0.0, 2 * np.pi, 49)
-    circle = live.robot.wheel_radius * np.column_stack([np.cos(angle), np.sin(angle), np.zeros(49)])
+    circle = live.maps.sole_radius(chosen.leg) * np.column_stack([np.cos(angle), np.sin(angle), np.zeros(49)])
     # lifted as in the scene: ground between two points of the ring is no hindrance
     ring, normal = point + circle @ R.T + 0.02 * R[:, 2], point + np.linspace(0.0, 0.5, 13)[:, None] * R[:, 2]
 

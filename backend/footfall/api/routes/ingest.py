@@ -199,7 +199,7 @@ async def take_images(
                 fault="wrong-version",
             )
         with sessions.pixels.of(client) as held:
-            _, snapshot = decode_images(content, len(live.layout.legs), held.take)
+            _, snapshot = decode_images(content, len(live.layout.legs), held.take, live.named_layout)
             digest = live.rover.take_images(snapshot, held)
         for reason in snapshot.left_out.values():
             door.count("images", reason)

@@ -131,7 +131,7 @@ def _described(model: "LeggedRobot") -> RobotAnswer:
         "leg_lengths": [],
         "T_base_hips": [],
         "least_load": _least_load(),
-        "cameras": [],
+        "cameras": [pair.name for pair in model.description.cameras],
         "assumed": (),
         "planned_by": _planned_by(described=True),
     }

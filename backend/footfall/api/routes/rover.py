@@ -321,7 +321,7 @@ class _Connection:
         if self._hello is None or live is None:
             raise InvalidTelemetry("the first message of a rover is hello", fault="no-hello")
         with self._sessions.pixels.of(self._client) as held:
-            _, snapshot = decode_images(content, len(live.layout.legs), held.take)
+            _, snapshot = decode_images(content, len(live.layout.legs), held.take, live.named_layout)
             live.rover.take_images(snapshot, held)
         for reason in snapshot.left_out.values():
             self._refuse(reason, "images")

@@ -1,5 +1,6 @@
 """Terrains: rebuilt from images by a job, uploaded as a file, described, downloaded."""
 
+from dataclasses import replace
 from pathlib import Path
 from tempfile import TemporaryDirectory
 from threading import Lock
@@ -77,8 +78,15 @@ async def make_terrain(
         response.headers["Location"] = session_path(live, "terrains", about["digest"])
         return about
     order = parse(await small_body(request), BuildTerrain)
-    settings = settings_value(TerrainSettings, order.settings)
-    return accepted(await run_in_threadpool(live.terrains.build, settings), response)
+    return accepted(await run_in_threadpool(_build, live, order), response)
+
+
+def _build(live: LiveSession, order: BuildTerrain) -> Job:
+    given, delivered = order.settings, live.terrains.delivered()
+    settings = settings_value(TerrainSettings, given) or delivered
+    if given is not None and "min_range" not in given.model_fields_set:
+        settings = replace(settings, min_range=delivered.min_range)
+    return live.terrains.build(settings)
 
 
 def beside_of(form: FormData, name: str) -> list[Uploaded]:

@@ -8,6 +8,7 @@ from footfall.io.urdf.proposed import read_proposed
 from footfall.io.urdf.read import read_urdf
 from footfall.robot.legged.find_legs import legged_model
 from footfall.robot.legged.finding import Finding, unusable
+from footfall.robot.legged.judge_cameras import judge_cameras
 from footfall.robot.legged.judge_legs import judge_legs, judge_mass, judge_posture
 from footfall.robot.legged.judge_tree import judge_tree
 
@@ -28,6 +29,7 @@ def _of_proposed(path: Path) -> tuple[Finding, ...]:
     proposed = read_proposed(path)
     tree = proposed.model.tree
     found = (*judge_tree(tree), judge_mass(tree, proposed.mass_check), *judge_legs(proposed.model))
+    found += judge_cameras(tree, proposed.cameras)
     return (*found, *(judge_posture(tree, name, posture) for name, posture in proposed.postures.items()))
 
 

@@ -14,13 +14,25 @@ from footfall.robot.legged.touching import Touching
 CLEARANCE_SHARE = 0.02
 """Proposed clearances, as a share of the longest leg: a wide guess for a person to replace."""
 
-CARRIES = (
+EXAMPLES = (
     "# What it carries: a mass [kg] at a place in a link's frame [m], beside what the URDF weighs.",
     "# [[payload]]",
     '# name = "tool"',
     '# link = "…"',
     "# mass = 1.0",
     "# center = [0.0, 0.0, 0.1]",
+    "",
+    "# Stereo pairs on the chassis: where the middle of both lenses sits [m], and how a frame is turned in which they",
+    "# look along x with z up [rad], in a link's frame. The images of a real rover say themselves how they were taken.",
+    "# [[cameras]]",
+    '# name = "front"',
+    '# link = "…"',
+    "# position = [0.3, 0.0, 0.05]",
+    "# rpy = [0.0, 0.7, 0.0]  # 0.7 rad below level",
+    "# width = 640  # [px]",
+    "# height = 480  # [px]",
+    "# fov_deg = 90.0  # from the left edge to the right",
+    "# baseline = 0.08  # between the lenses [m]",
     "",
 )
 
@@ -79,7 +91,7 @@ def _joints(model: LeggedModel) -> list[str]:
         "# the legs, commands hold the pose of the chassis, and predictions sag.",
     ]
     lines += [f"# not in the URDF: {what} of {_comment(', '.join(names))}" for what, names in lacking.items() if names]
-    return [*lines, f"# [joints.{_text(joints[0].name)}]", "# stiffness = 1000.0", "", *CARRIES]
+    return [*lines, f"# [joints.{_text(joints[0].name)}]", "# stiffness = 1000.0", "", *EXAMPLES]
 
 
 def _leg(model: LeggedModel, leg: LegChain) -> list[str]:

@@ -9,14 +9,16 @@ import numpy as np
 
 from footfall.core.errors import InvalidRobot, NotFound
 from footfall.core.misread import place_of
+from footfall.io.urdf.camera_tables import camera_pairs
 from footfall.io.urdf.read import read_urdf
+from footfall.robot.description import CameraPairSpec
 from footfall.robot.legged.find_legs import chain_to
 from footfall.robot.legged.judge_tree import joined_inertia
 from footfall.robot.legged.legged_model import LegChain, LeggedModel, Sole
 from footfall.robot.legged.tree import RobotTree, TreeJoint, TreeLink
 from footfall.robot.table import Table
 
-TOP = "name urdf packages base mass_check joints payload legs postures clearances collisions"
+TOP = "name urdf packages base mass_check joints payload cameras legs postures clearances collisions"
 JOINT, PAYLOAD = "effort velocity stiffness", "name link mass center"
 LEG = "name foot joints group sole center radius width axis polygon"
 
@@ -26,7 +28,7 @@ class Proposed:
     """A robot.toml: the tree of its URDF, its legs, named postures (joint → angle) and what the robot weighs [kg].
 
     What it carries counts to its tree and to what it weighs. clearances: least distances by name [m]; always: pairs of
-    links that touch as they are built.
+    links that touch as they are built. cameras: pairs on the chassis.
     """
 
     model: LeggedModel
@@ -34,6 +36,7 @@ class Proposed:
     postures: Mapping[str, Mapping[str, float]]
     clearances: Mapping[str, float]
     always: tuple[tuple[str, str], ...]
+    cameras: tuple[CameraPairSpec, ...] = ()
 
 
 def read_proposed(path: str | Path) -> Proposed:
@@ -65,7 +68,8 @@ def read_proposed(path: str | Path) -> Proposed:
     model = LeggedModel(tree, tree.root, tuple(_leg(one, tree) for one in table.tables("legs")), {})
     postures = table.table("postures")
     named = {name: _posture(postures.table(name)) for name in postures}
-    return Proposed(model, mass + tree.mass - bare, named, clearances, always)
+    cameras = camera_pairs(table.tables("cameras"), model) if "cameras" in table else ()
+    return Proposed(model, mass + tree.mass - bare, named, clearances, always, cameras)
 
 
 def _with_joints(tree: RobotTree, table: Table) -> RobotTree:

@@ -1,12 +1,14 @@
 """A robot that stands on legs, as it was read from a description that others wrote."""
 
 from collections.abc import Mapping
+from dataclasses import field
 
 import numpy as np
 from numpy.typing import NDArray
 
 from footfall.core.errors import InvalidRobot
-from footfall.core.value import Value, value
+from footfall.core.value import LATER, Value, value
+from footfall.robot.description import CameraPairSpec
 from footfall.robot.legged.tree import RobotTree
 from footfall.telemetry.joint_layout import JointLayout
 
@@ -88,13 +90,14 @@ class DescribedRobot(Value):
     """All that is known of a robot that others described; a :class:`.legged_robot.LeggedRobot` is made of it.
 
     postures: name → joint → angle [rad or m]. clearances: least distances by name [m]. always: pairs of links that
-    touch as they are built.
+    touch as they are built. cameras: pairs on the chassis; images say themselves by which they were taken.
     """
 
     model: LeggedModel
     postures: Mapping[str, Mapping[str, float]]
     clearances: Mapping[str, float]
     always: tuple[tuple[str, str], ...]
+    cameras: tuple[CameraPairSpec, ...] = field(default=(), metadata=LATER)
 
     @property
     def name(self) -> str:

@@ -15,6 +15,7 @@ from footfall.core.arrays import Array
 from footfall.core.errors import InvalidInput, InvalidRobot, NotFound
 from footfall.core.frames import apply, inverse
 from footfall.core.mesh import Mesh
+from footfall.robot.description import CameraPairSpec
 from footfall.robot.legged.groups import part_lengths
 from footfall.robot.legged.legged_model import DescribedRobot, LegChain, LeggedModel
 from footfall.robot.legged.tree import TreeJoint, TreeLink
@@ -39,9 +40,9 @@ class LeggedRobot:
     parents: for each body the body that carries it, −1 for the base, which is body 0; body 1 + j is what joint j moves.
     members: for each body the links that are part of it, each with its T_body_link (4, 4).
     shapes: for each body its collision shapes in the frame of its joint; corners: (n, 3) of the hull of them.
-    speeds: (joints,) [rad/s or m/s], inf where it is not said. radii: (legs,) of soles [m]. foot_turns: for each leg
-    (3, 3) of its foot link on its last body. length: of the longest leg [m]. clearances: least distances by CLEARANCES
-    [m]. touching: pairs of bodies that touch as built.
+    speeds: (joints,) [rad/s or m/s], inf where it is not said. axes: of joints, (joints, 3) in their bodies. radii:
+    (legs,) of soles [m]. foot_turns: for each leg (3, 3) of its foot link on its last body. length: of the longest leg
+    [m]. clearances: least distances by CLEARANCES [m]. touching: pairs of bodies that touch as built.
     """
 
     def __init__(
@@ -50,9 +51,10 @@ class LeggedRobot:
         postures: Mapping[str, Mapping[str, float]] | None = None,
         clearances: Mapping[str, float] | None = None,
         always: tuple[tuple[str, str], ...] = (),
+        cameras: tuple[CameraPairSpec, ...] = (),
     ) -> None:
-        self._made_of = model, postures, clearances, always
-        self.description = _in_order(model, postures or {}, clearances or {}, always)
+        self._made_of = model, postures, clearances, always, cameras
+        self.description = _in_order(model, postures or {}, clearances or {}, always, cameras)
         self.layout = self.description.layout
         tree = model.tree
         joints = [joint for leg in model.legs for joint in _walking(model, leg)]
@@ -64,6 +66,7 @@ class LeggedRobot:
         self.efforts = np.array([one.effort if one.effort > 0 else np.inf for one in joints])
         self.speeds = np.array([one.velocity if one.velocity > 0 else np.inf for one in joints])
         self.stiffness = np.array([one.stiffness if one.stiffness > 0 else np.inf for one in joints])
+        self.axes = np.array([joint.axis for joint in joints])
         self.radii = np.array([leg.sole.radius for leg in model.legs])
         self.length = max(float(part_lengths(tree, leg).sum()) for leg in model.legs)
         own = dict.fromkeys(CLEARANCES, CLEARANCE_SHARE * self.length)
@@ -94,6 +97,11 @@ class LeggedRobot:
         self.limbs = tuple(map(solver_of, places, endless))
         self.lower = np.concatenate([solver.limb.lower for solver in self.limbs])
         self.upper = np.concatenate([solver.limb.upper for solver in self.limbs])
+
+    @classmethod
+    def of(cls, about: DescribedRobot) -> "LeggedRobot":
+        """The robot of a stored description."""
+        return cls(about.model, about.postures, about.clearances, about.always, about.cameras)
 
     def __reduce__(self) -> tuple:
         return LeggedRobot, self._made_of
@@ -200,11 +208,12 @@ def _in_order(
     postures: Mapping[str, Mapping[str, float]],
     clearances: Mapping[str, float],
     always: tuple[tuple[str, str], ...],
+    cameras: tuple[CameraPairSpec, ...],
 ) -> DescribedRobot:
     """The description, the same in whatever order its parts are given."""
     named = {name: dict(sorted(postures[name].items())) for name in sorted(postures)}
     pairs = {(min(pair), max(pair)) for pair in always}
-    return DescribedRobot(model, named, dict(sorted(clearances.items())), tuple(sorted(pairs)))
+    return DescribedRobot(model, named, dict(sorted(clearances.items())), tuple(sorted(pairs)), cameras)
 
 
 def _walking(model: LeggedModel, leg: LegChain) -> list[TreeJoint]:

@@ -361,7 +361,7 @@ def _built(key: _ByDigest) -> Any:
     if isinstance(about, DescribedRobot):
         from footfall.robot.legged.legged_robot import LeggedRobot
 
-        return LeggedRobot(about.model, about.postures, about.clearances, about.always)
+        return LeggedRobot.of(about)
     from footfall.robot.model import Robot
 
     return Robot(about)  # type: ignore[arg-type]

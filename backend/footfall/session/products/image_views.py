@@ -57,7 +57,7 @@ class ImageViews:
                 if job.ended and self._running.get(key) is job:
                     del self._running[key]
 
-        parents = {"robot": live.description, "snapshot": snapshot}
+        parents = {"robot": live.described or live.description, "snapshot": snapshot}
         job = self._sessions.jobs.submit(
             "views", parents, None, partial(self._take, key), ended, session=live.id, urgent=True
         )
@@ -79,7 +79,7 @@ class ImageViews:
             if key in self._silhouettes:
                 self._silhouettes.move_to_end(key)
                 return self._silhouettes[key]
-        found = silhouette(live.robot, snapshot.state, camera)
+        found = silhouette(live.any_robot, snapshot.state, camera)
         with self._guard:
             return _keep(self._silhouettes, key, found, SILHOUETTES)
 

@@ -35,6 +35,7 @@ TERRAIN = entered(
         loads="footfall.terrain.photographs",
         becomes=Becomes.TERRAIN,
         given_as="dem",
+        for_described=True,
     )
 )
 PHOTOGRAPHS = entered(
@@ -47,6 +48,7 @@ PHOTOGRAPHS = entered(
         loads="footfall.terrain.photographs",
         becomes=Becomes.TERRAIN,
         given_as="dem",
+        for_described=True,
     )
 )
 BLEND = entered(

@@ -147,11 +147,9 @@ class LegMaps:
         state = self._core.state
         dem = self._core.typed(Dem, present(state.dem, "there is no terrain yet"))
         maps, outdated = self.held(footfall.leg), self.doubt(footfall.leg, footfall.x, footfall.y)
-        return judge_footfall(
-            dem, self._sole_radius(footfall.leg), footfall.leg, footfall.x, footfall.y, maps, outdated
-        )
+        return judge_footfall(dem, self.sole_radius(footfall.leg), footfall.leg, footfall.x, footfall.y, maps, outdated)
 
-    def _sole_radius(self, leg: int) -> float:
+    def sole_radius(self, leg: int) -> float:
         """Of the wheel, or of the sole of a robot that others described [m]."""
         other = self._core.described
         return self._core.description.wheel_radius if other is None else other.model.legs[leg].sole.radius

@@ -1,6 +1,9 @@
 """The terrains of a session: loaded, built from images, blended, cleared, undone."""
 
+from dataclasses import replace
+
 from footfall.core.errors import Conflict
+from footfall.robot.legged.groups import part_lengths
 from footfall.session.core import SessionCore, present
 from footfall.session.jobs.job import Job
 from footfall.session.products.kinds import BLEND, CLEAR, PHOTOGRAPHS, TERRAIN
@@ -9,8 +12,10 @@ from footfall.telemetry.images import Snapshot
 from footfall.telemetry.photographs import Photographs
 from footfall.terrain.dem import Dem
 from footfall.terrain.fusion.clear import Area
-from footfall.terrain.terrain_settings import BlendSettings, TerrainSettings
+from footfall.terrain.terrain_settings import LEAST_RANGE, BlendSettings, TerrainSettings
 
+NEAREST = 0.3
+"""Of robots that others described, ground is looked at from this share of the longest leg on."""
 SHORT_JOB = 120.0
 """How long short work, such as clearing or making and editing a sequence, is waited for [s]."""
 
@@ -28,12 +33,20 @@ class Terrains:
             self._core.folded_log.record("terrain_loaded", {"digest": digest, "name": dem.name, "source": source})
         return digest
 
+    def delivered(self) -> TerrainSettings:
+        """Settings as delivered: a robot that others described looks at ground as near to it as it is small."""
+        settings, about = TerrainSettings(), self._core.described
+        if about is None:
+            return settings
+        longest = max(float(part_lengths(about.model.tree, leg).sum()) for leg in about.model.legs)
+        return replace(settings, min_range=min(max(NEAREST * longest, LEAST_RANGE), settings.min_range))
+
     def build(self, settings: TerrainSettings | None = None) -> Job:
-        """Rebuild the ground from the latest snapshot and merge it into the map.
+        """Rebuild the ground from the latest snapshot and merge it into the map; without settings, as delivered.
 
         Raises Conflict without a snapshot, InvalidInput where the settings name a pair that it has not.
         """
-        settings, state = settings or TerrainSettings(), self._core.state
+        settings, state = settings or self.delivered(), self._core.state
         snapshot = present(state.snapshot, "there are no images yet; request them from the rover")
         images = self._core.typed(Snapshot, snapshot)
         settings.not_chosen([*(pair.name for pair in images.pairs), *images.left_out])

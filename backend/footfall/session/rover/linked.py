@@ -273,9 +273,10 @@ class LinkedRover:
 
     def request_images(self, pairs: tuple[str, ...] | list[str] | None = None) -> None:
         """Ask the rover for images of the named camera pairs (None: all). Raises Conflict, NotFound."""
-        if (other := self._core.described) is not None:
-            raise Conflict(f"{other.name} has no cameras: its description names none")
-        known = [camera.name for camera in self._core.description.cameras]
+        about = self._core.described or self._core.description
+        known = [camera.name for camera in about.cameras]
+        if not known:
+            raise Conflict(f"{about.name} has no cameras: its description names none")
         for name in pairs or ():
             if name not in known:
                 raise NotFound(f"there is no camera pair {name!r}; there are {', '.join(known)}", pair=name)

@@ -18,8 +18,9 @@ SAG = 0.03
 
 
 class LegError(NamedTuple):
-    """factor: (6, 6) [rad], its columns are independent errors of one standard deviation. bend: (6,) [rad], a bound.
+    """Of a leg with n joints, each in rad, or in m where it slides.
 
+    factor: (n, n), its columns are independent errors of one standard deviation. bend: (n,), a bound.
     fitted: whether images showed where the leg is.
     """
 
@@ -72,18 +73,24 @@ def joint_axes(robot: Robot, q_leg: NDArray[np.float64], leg: int) -> tuple[NDAr
 
 
 def point_jacobians(
-    axes: NDArray[np.float64], origins: NDArray[np.float64], points: NDArray[np.float64], place: NDArray[np.int64]
+    axes: NDArray[np.float64],
+    origins: NDArray[np.float64],
+    points: NDArray[np.float64],
+    place: NDArray[np.int64],
+    slides: NDArray[np.bool_] | None = None,
 ) -> NDArray[np.float64]:
-    """Derivatives of points by the joint angles.
+    """Derivatives of points by the joints of a leg.
 
     Args:
-        axes: (6, 3) unit, in base.
-        origins: (6, 3) in base [m].
+        axes: (k, 3) unit, in base.
+        origins: (k, 3) in base [m].
         points: (n, 3) in base [m].
         place: (n,) of which link each is, counted from the hip.
+        slides: which joints slide along their axes, (k,); None: all turn.
 
     Returns:
-        d(point) / d(joint angles), (n, 3, 6) [m/rad].
+        d(point) / d(joint), (n, 3, k) [m/rad; m/m where it slides].
     """
-    J = np.cross(axes[None], points[:, None] - origins[None]).transpose(0, 2, 1)
-    return np.where(np.arange(6)[None, None] <= place[:, None, None], J, 0.0)
+    turned = np.cross(axes[None], points[:, None] - origins[None])
+    moved = turned if slides is None else np.where(slides[None, :, None], axes[None], turned)
+    return np.where(np.arange(len(axes))[None, None] <= place[:, None, None], moved.transpose(0, 2, 1), 0.0)

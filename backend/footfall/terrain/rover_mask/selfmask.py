@@ -16,11 +16,13 @@ from numpy.typing import NDArray
 from footfall.core import frames
 from footfall.core.mesh import Mesh
 from footfall.robot.kinematics import leg_link_poses, link_poses
+from footfall.robot.legged.legged_robot import LeggedRobot
 from footfall.robot.meshes.shapes import box
 from footfall.robot.model import Robot
 from footfall.telemetry.images import Camera
 from footfall.telemetry.state import RobotState
 from footfall.terrain.rover_mask.leg_errors import LegError, encoder_and_sag_errors, joint_axes, point_jacobians
+from footfall.terrain.rover_mask.legged_parts import legged_displacements, legged_parts
 
 NEAREST = 0.05
 """Triangles are cut off this close to the lens [m]."""
@@ -37,7 +39,7 @@ SIGMAS = 2.0
 
 
 def robot_depths(
-    robot: Robot,
+    robot: Robot | LeggedRobot,
     state: RobotState,
     camera: Camera,
     margin: float = 0.03,
@@ -59,7 +61,7 @@ def robot_depths(
         margin: each part is widened by so much at least, at its nearest depth (shapes and camera poses are not exact)
             [m].
         extra_px: and by so much (matching smears edges by half a block) [px].
-        errors: of each leg's posture; None: what encoders and sag do.
+        errors: of each leg's posture; None: what encoders and sag do. Of robots that others described, always these.
         fitted_margin: instead of ``margin``, for legs that images showed [m].
 
     Returns:
@@ -67,9 +69,11 @@ def robot_depths(
     """
     T_camera_base = frames.inverse(camera.T_base_camera)
     R_camera_base = T_camera_base[:3, :3]
-    displaced = displacements(
-        robot, state.posture, encoder_and_sag_errors(robot, state.posture) if errors is None else errors
-    )
+    if isinstance(robot, LeggedRobot):
+        displaced = legged_displacements(robot, state.posture)
+    else:
+        found = encoder_and_sag_errors(robot, state.posture) if errors is None else errors
+        displaced = displacements(robot, state.posture, found)
     parts, widths, deeper, margins = [], [], [], []
     for (mesh, T_base_part), (spread, bend, fitted) in zip(robot_parts(robot, state.posture), displaced, strict=True):
         part = Mesh(frames.apply(T_camera_base @ T_base_part, mesh.vertices), mesh.triangles)
@@ -154,8 +158,10 @@ def _moved_px(part: Mesh, spread: NDArray[np.float64], bend: NDArray[np.float64]
     return float((SIGMAS * longest + np.linalg.norm(np.einsum("nij,nj->ni", J_image, bend), axis=1)).max())
 
 
-def robot_parts(robot: Robot, posture: NDArray[np.float64]) -> list[tuple[Mesh, NDArray[np.float64]]]:
+def robot_parts(robot: Robot | LeggedRobot, posture: NDArray[np.float64]) -> list[tuple[Mesh, NDArray[np.float64]]]:
     """All that a camera can see of the robot: meshes of the links and the payload, each with its pose in base."""
+    if isinstance(robot, LeggedRobot):
+        return legged_parts(robot, posture)
     poses = link_poses(robot, posture)
     parts = [(mesh, poses[name]) for name, mesh in robot.description.meshes.items()]
     payload = robot.description.payload

@@ -5,6 +5,7 @@ from collections.abc import Sequence
 import numpy as np
 from numpy.typing import NDArray
 
+from footfall.robot.legged.legged_robot import LeggedRobot
 from footfall.robot.model import Robot
 from footfall.telemetry.images import ImagePair
 from footfall.telemetry.state import RobotState
@@ -27,7 +28,7 @@ APART, BESIDE, MAYBE = 0, 1, 2
 def without_robot(
     disparity: NDArray[np.float32],
     pair: ImagePair,
-    robot: Robot,
+    robot: Robot | LeggedRobot,
     state: RobotState,
     settings: TerrainSettings,
     errors: Sequence[LegError] | None = None,
