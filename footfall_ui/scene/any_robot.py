@@ -17,8 +17,9 @@ from footfall.core.frames import apply
 from footfall.core.mesh import Mesh
 from footfall.maps.support_outlines import Support, support_of
 from footfall.planning.legged.held_by_feet import held_by_feet
+from footfall.robot.foot_centers import soles
 from footfall.robot.ik import contact_point
-from footfall.robot.kinematics import center_of_mass, link_poses, wheel_centers
+from footfall.robot.kinematics import center_of_mass, link_poses
 from footfall.robot.legged.legged_robot import LeggedRobot
 from footfall.robot.legged.posture import placed
 from footfall.robot.model import Robot
@@ -68,11 +69,6 @@ def drawn_robot(
 def leg_parts(robot: AnyRobot, leg: int) -> set[str]:
     """Names of the parts of one leg."""
     return {str(body) for body in bodies_of(robot, leg)} if isinstance(robot, LeggedRobot) else leg_links(robot, leg)
-
-
-def soles(robot: AnyRobot, posture: ArrayLike) -> Array:
-    """Centres of wheels, or of soles, in base (legs, 3) [m]."""
-    return placed(robot, posture).soles if isinstance(robot, LeggedRobot) else wheel_centers(robot, posture)
 
 
 def sole_radius(robot: AnyRobot, leg: int) -> float:

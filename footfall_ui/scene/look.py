@@ -8,8 +8,9 @@ import viser
 
 from footfall.core.arrays import Array
 from footfall.core.frames import apply, rotation
+from footfall.robot.foot_centers import soles
 from footfall.telemetry.state import RobotState
-from footfall_ui.scene.any_robot import AnyRobot, hip, lowest, outward, size, soles
+from footfall_ui.scene.any_robot import AnyRobot, hip, lowest, outward, size
 from footfall_ui.scene.drawn import server_of
 
 ABOVE = 9.0

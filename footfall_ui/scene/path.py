@@ -7,7 +7,8 @@ from footfall.core.frames import apply
 from footfall.planning.legged.problem import LeggedPlan
 from footfall.planning.motion import BODY
 from footfall.planning.step.problem import StepPlan
-from footfall_ui.scene.any_robot import AnyRobot, soles
+from footfall.robot.foot_centers import soles
+from footfall_ui.scene.any_robot import AnyRobot
 from footfall_ui.scene.drawn import Drawn
 from footfall_ui.scene.near import near
 

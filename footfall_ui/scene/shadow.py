@@ -6,11 +6,12 @@ import viser
 from footfall.core.arrays import Array
 from footfall.core.frames import apply
 from footfall.core.mesh import Mesh
+from footfall.robot.foot_centers import soles
 from footfall.session.live import LiveSession
 from footfall.telemetry.state import RobotState
 from footfall.terrain.dem import Dem
 from footfall.terrain.ground.surface import height_at
-from footfall_ui.scene.any_robot import AnyRobot, chassis_width, size, sole_radius, soles
+from footfall_ui.scene.any_robot import AnyRobot, chassis_width, size, sole_radius
 from footfall_ui.scene.drawn import Drawn
 from footfall_ui.scene.glb import unlit_glb
 from footfall_ui.scene.of_session import read, rover_state

@@ -5,6 +5,7 @@ import viser
 from numpy.typing import NDArray
 
 from footfall.core.frames import apply
+from footfall.robot.foot_centers import soles
 from footfall.robot.kinematics import leg_wheel_pose
 from footfall.robot.legged.legged_robot import LeggedRobot
 from footfall.robot.model import Robot
@@ -12,7 +13,7 @@ from footfall.session.live import LiveSession
 from footfall.session.tracks import Step, tracks
 from footfall.terrain.dem import Dem
 from footfall.terrain.ground.surface import height_at
-from footfall_ui.scene.any_robot import AnyRobot, size, sole_radius, soles
+from footfall_ui.scene.any_robot import AnyRobot, size, sole_radius
 from footfall_ui.scene.drawn import Drawn
 from footfall_ui.scene.near import near
 from footfall_ui.scene.of_session import read

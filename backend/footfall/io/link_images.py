@@ -25,7 +25,7 @@ from PIL import Image
 from footfall.core.errors import InvalidImages, InvalidInput, InvalidTelemetry
 from footfall.io.image_files import claimed_pixels
 from footfall.telemetry.fields import Fields, parse_object
-from footfall.telemetry.images import Camera, ImagePair, Snapshot
+from footfall.telemetry.images import LONGEST_NAME, Camera, ImagePair, Snapshot
 from footfall.telemetry.joint_layout import JointLayout
 from footfall.telemetry.link import MAX_BINARY_FRAME
 from footfall.telemetry.link_state import camera_from, camera_object, state_from, state_object
@@ -34,9 +34,6 @@ MAX_HEADER = 1 << 20
 """Longest header [bytes]."""
 MAX_FRAME_PIXELS = 100_000_000
 """Of all images of one frame, as their heads claim: a PNG of nothing unpacks to a thousand times its size."""
-
-LONGEST_NAME = 64
-"""Of a pair [characters]."""
 
 _LENGTH = struct.Struct(">I")
 

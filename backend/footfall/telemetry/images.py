@@ -11,6 +11,9 @@ from footfall.core.frames import require_transform
 from footfall.core.value import Value, value
 from footfall.telemetry.state import RobotState
 
+LONGEST_NAME = 64
+"""Of a pair, as the rover link takes it [characters]."""
+
 
 @value
 class Camera(Value):

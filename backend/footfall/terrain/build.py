@@ -14,9 +14,8 @@ from footfall.core.grid import GridGeometry
 from footfall.core.pipelined import pipelined
 from footfall.core.progress import Progress, no_progress
 from footfall.core.value import Provenance
-from footfall.robot.kinematics import wheel_centers
+from footfall.robot.foot_centers import soles
 from footfall.robot.legged.legged_robot import LeggedRobot
-from footfall.robot.legged.posture import placed
 from footfall.robot.model import Robot
 from footfall.telemetry.images import Camera, ImagePair, Snapshot
 from footfall.terrain.dem import Dem
@@ -79,7 +78,7 @@ def build_terrain(
         state, errors = replace(state, posture=fit.posture), fit.errors
     parents = {"snapshot": snapshot.digest, "robot": robot.digest}
     center = snapshot.state.T_site_base[:3, 3]
-    wheels = frames.apply(snapshot.state.T_site_base, _feet(robot, state.posture))
+    wheels = frames.apply(snapshot.state.T_site_base, soles(robot, state.posture))
 
     def take_out(one: Matched) -> Matched:
         return one._replace(kinds=without_robot(one.disparity, one.pair, robot, state, settings, errors))
@@ -98,11 +97,6 @@ def build_terrain(
     dem = replace(dem, left_out=left_out)
     progress(1.0, f"{np.isfinite(dem.heights).mean():.0%} of the cells known")
     return dem
-
-
-def _feet(robot: Robot | LeggedRobot, posture: NDArray[np.float64]) -> NDArray[np.float64]:
-    """Middles of wheels, or of soles, (legs, 3) in base [m]."""
-    return placed(robot, posture).soles if isinstance(robot, LeggedRobot) else wheel_centers(robot, posture)
 
 
 def _onto(

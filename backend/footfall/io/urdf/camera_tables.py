@@ -11,12 +11,11 @@ from footfall.robot.description import CameraPairSpec
 from footfall.robot.legged.find_legs import chain_to
 from footfall.robot.legged.legged_model import LeggedModel
 from footfall.robot.table import Table
+from footfall.telemetry.images import LONGEST_NAME
 
 CAMERA = "name link position rpy width height fov_deg baseline"
 MOST_PIXELS = 8192
 """Along each side of an image."""
-LONGEST_NAME = 64
-"""Of a pair, as the rover link takes it [characters]."""
 
 
 def camera_pairs(tables: Sequence[Table], model: LeggedModel) -> tuple[CameraPairSpec, ...]:

@@ -25,15 +25,7 @@ from footfall.planning.legged.problem import LeggedResult, LeggedSettings, Legge
 from footfall.planning.legged.rhythm import SETTLED, CirculatingRhythm
 from footfall.planning.legged.stacks import Stack, stacks_of
 from footfall.planning.legged.stance import Ground
-from footfall.planning.legged.step import (
-    begun,
-    of_measured,
-    provenance,
-    start_refused,
-    tally_in_words,
-    unchecked,
-    unseen,
-)
+from footfall.planning.legged.step import begun, not_judged, of_measured, provenance, start_refused, tally_in_words
 from footfall.planning.legged.through_body import through_body
 from footfall.planning.legged.walk import goal_refused
 from footfall.planning.legged.whole_check import Refusal, Tally
@@ -237,7 +229,7 @@ def _answer(course: _Course, status: Status, reason: str) -> LeggedResult:
         reason,
         course.tally.checks(),
         course.tries.most_refused() if not found else (),
-        unchecked(course.ground.robot) + unseen(course.ground, plan),
+        not_judged(course.ground, plan),
         provenance(course.ground, course.start),
         None if found else plan,
     )

@@ -85,7 +85,7 @@ def _plan(ground: Ground, state: LeggedState, leg: int, target: tuple[float, flo
         "",
         found.tally.checks(),
         tally.most_refused(),
-        unchecked(robot) + unseen(ground, plan),
+        not_judged(ground, plan),
         provenance(ground, state),
     )
 
@@ -155,8 +155,13 @@ def unchecked(robot: LeggedRobot) -> tuple[str, ...]:
     return tuple(found)
 
 
-def unseen(ground: Ground, plan: LeggedPlan | None) -> tuple[str, ...]:
-    """That ground near the way of a plan's chassis was seen by nobody, and what it was taken for."""
+def not_judged(ground: Ground, plan: LeggedPlan | None) -> tuple[str, ...]:
+    """What the description leaves nobody to judge, and ground near the way of a plan's chassis that nobody saw."""
+    return unchecked(ground.robot) + _unseen(ground, plan)
+
+
+def _unseen(ground: Ground, plan: LeggedPlan | None) -> tuple[str, ...]:
+    """That such ground is there, and what it was taken for."""
     grid, reach = ground.dem.geometry, ground.robot.length
     if plan is None:
         return ()

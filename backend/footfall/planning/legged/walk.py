@@ -24,12 +24,11 @@ from footfall.planning.legged.stance import Ground
 from footfall.planning.legged.step import (
     begun,
     no_plan,
+    not_judged,
     of_measured,
     provenance,
     start_refused,
     tally_in_words,
-    unchecked,
-    unseen,
 )
 from footfall.planning.legged.whole_check import Refusal, Tally
 from footfall.planning.walk.problem import WalkGoal, goal_of
@@ -303,7 +302,7 @@ def _answer(
         reason,
         walk.tally.checks(),
         walk.tries.most_refused(),
-        unchecked(ground.robot) + unseen(ground, plan or partial),
+        not_judged(ground, plan or partial),
         provenance(ground, walk.start),
         partial,
     )
