@@ -164,6 +164,52 @@ def test_every_file_names_its_joints(rest, step):
         assert why in refused["detail"], refused
 
 
+def test_its_commands_are_edited_row_by_row_and_undone(server, rest, step):
+    before, address = _made(rest, step["digest"])
+
+    def edited(**edit) -> dict:
+        tag = {"if-match": rest.get(address).headers["etag"]}
+        answer = rest.patch(address, json={"edit": edit}, headers=tag)
+        assert answer.status_code == 200, answer.text
+        return answer.json()
+
+    rows = before["commands"]
+    moves = [row for row, one in enumerate(rows) if one["name"] == "LEG_MOVE"]
+    waits = edited(kind="insert", row=1, command={"name": "WAIT", "duration": 2.0})
+    assert waits["valid"], waits["rules"]
+    assert [one["name"] for one in waits["commands"][:2]] == [rows[0]["name"], "WAIT"]
+    assert waits["predicted"][-1] == before["predicted"][-1]
+    slower = edited(kind="duration", row=0, number=rows[0]["duration"] + 1.5)
+    assert slower["commands"][0]["duration"] == rows[0]["duration"] + 1.5
+    halves = edited(kind="split", row=moves[1] + 1)
+    assert halves["valid"], halves["rules"]
+    assert len(halves["commands"]) == len(rows) + 2
+    assert halves["predicted"][-1] == before["predicted"][-1]
+
+    down = moves[-1] + 2
+    joints = halves["commands"][down]["joints"]
+    assert len(joints) == 3
+    lower = edited(kind="joint", row=down, joint=1, number=joints[1] + 0.1)
+    assert not lower["valid"]
+    broken = {one["rule"] for one in lower["rules"] if not one["holds"]}
+    assert broken & {"ends-on-ground", "terrain-collision", "no-drag"}, broken
+    tag = {"if-match": rest.get(address).headers["etag"]}
+    fourth = {"kind": "joint", "row": down, "joint": 3, "number": 0.1}
+    refused = problem(rest.patch(address, json={"edit": fourth}, headers=tag), 422, "invalid-sequence")
+    assert "joint of a LEG_MOVE is 0…2, l1_yaw, l1_hip, l1_knee" in refused["detail"]
+    fewer = {"name": "LEG_MOVE", "leg": MOVED, "joints": [0.1, 0.2], "duration": 2.0}
+    short = edited(kind="set", row=down, command=fewer)
+    assert "own-joints" in {one["rule"] for one in short["rules"] if not one["holds"]}
+    for _ in range(5):
+        tag = {"if-match": rest.get(address).headers["etag"]}
+        assert rest.post(f"{address}/undo", headers=tag).status_code == 200
+    assert rest.get(address).json()["commands"] == rows
+    report = replay(server.sessions.current.export_bundle())
+    assert report.ok, report.lines()
+    assert [one.kind for one in report.products].count("edit") == 5
+    assert {one.verdict for one in report.products} == {"same"}
+
+
 def test_what_is_athletes_alone_is_refused_by_name(rest, step):
     orders = {
         "plans": {"leg": 0, "target": [0.3, 0.1]},
@@ -175,11 +221,6 @@ def test_what_is_athletes_alone_is_refused_by_name(rest, step):
     for folder, order in orders.items():
         refused = problem(rest.post(f"{SESSION}/{folder}", json=order), 422, "invalid-input")
         assert "ATHLETE's legs alone" in refused["detail"], folder
-    _, address = _made(rest, step["digest"])
-    tag = {"if-match": rest.get(address).headers["etag"]}
-    edit = {"kind": "set", "row": 0, "command": {"name": "WAIT", "duration": 1.0}}
-    edited = problem(rest.patch(address, json={"edit": edit}, headers=tag), 422, "invalid-input")
-    assert "change the file and read it in" in edited["detail"]
     maps = rest.get(SESSION).json()["maps"][str(MOVED)]
     asked = rest.get(f"{SESSION}/maps/{maps}/at", params={"x": 0.3, "y": 0.2})
     assert "ATHLETE's legs alone" in problem(asked, 422, "invalid-input")["detail"]

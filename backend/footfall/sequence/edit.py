@@ -11,12 +11,13 @@ import numpy as np
 
 from footfall.core.errors import InvalidSequence
 from footfall.core.value import Provenance, Value, value
+from footfall.robot.legged.legged_robot import LeggedRobot
 from footfall.robot.model import Robot
 from footfall.sequence.commands import LEG_JOINTS, AtRest, Command, RuleResult, Sequence
 from footfall.sequence.drum import on_tether
 from footfall.sequence.motion import MOTION_RULES
+from footfall.sequence.of_legged import legged_sequence
 from footfall.sequence.passage import passages, poses, postures
-from footfall.sequence.predict import target
 from footfall.sequence.rules import TERRAIN_GIVEN, check_rules
 from footfall.sequence.sequence_settings import SequenceSettings
 from footfall.sequence.yielding import follow, require_terrain
@@ -36,7 +37,8 @@ class Edit(Value):
     kind      what it does
     ========  =============================================================================
     set       row becomes ``command``
-    joint     joint ``joint`` of row becomes ``number`` [rad]: 0…5, of a POSTURE_MOVE 6 × leg + 0…5
+    joint     joint ``joint`` of row becomes ``number`` [rad, or m where it slides]: of those that the row moves,
+              leg by leg from the hip outward
     duration  duration of row becomes ``number`` [s]
     insert    ``command`` comes before row; row = number of commands appends
     delete    row goes
@@ -75,7 +77,7 @@ class Edit(Value):
 
 
 def apply_edit(
-    robot: Robot,
+    robot: Robot | LeggedRobot,
     sequence: Sequence,
     edit: Edit,
     dem: Dem | None = None,
@@ -86,8 +88,8 @@ def apply_edit(
     ``settings`` None: those of the sequence. With ``dem`` the motion rules are checked too; without it an edit
     that changes the motion, or keeps one that broke a rule, fails the rule terrain-given.
 
-    Raises InvalidSequence where the edit can't be carried out, and without ``dem`` where a row is a POSTURE_MOVE or the
-    rover sags.
+    Raises InvalidSequence where the edit can't be carried out, and without ``dem`` where a row is a POSTURE_MOVE, the
+    rover sags, or others described the robot.
     """
     if sequence.robot != robot.name:
         raise InvalidSequence(f"the sequence is for {sequence.robot}, not for {robot.name}")
@@ -98,6 +100,10 @@ def apply_edit(
     parents = {"sequence": sequence.digest, "edit": edit.digest, "robot": robot.digest}
     if dem is not None:
         parents["dem"] = dem.digest
+    if isinstance(robot, LeggedRobot):
+        ground, start, T = require_terrain(dem), sequence.start, sequence.T_site_base
+        before = None if sequence.at_rest is None else sequence.at_rest.set_points
+        return legged_sequence(robot, commands, start, T, ground, settings, parents, before)
     if sequence.at_rest is not None:
         return _yielding(robot, sequence, sequence.at_rest, commands, require_terrain(dem), settings, parents)
     rules = check_rules(robot, commands, sequence.start, sequence.T_site_base, dem, settings)
@@ -169,7 +175,7 @@ def edited(sequence: Sequence, edit: Edit) -> tuple[Command, ...]:
         case "set":
             rows[edit.row] = _given(edit.command, "command")
         case "joint":
-            rows[edit.row] = _with_joint(command, edit)
+            rows[edit.row] = _with_joint(sequence, edit)
         case "duration":
             seconds = _given(edit.number, "number")
             rows[edit.row] = replace(command, duration=seconds)
@@ -196,13 +202,17 @@ def _require_row(row: int, count: int, name: str) -> None:
         raise InvalidSequence(f"{name} {row} does not exist; there is {right}", **{name: row, "rows": count})
 
 
-def _with_joint(command: Command, edit: Edit) -> Command:
-    if command.joints is None or len(command.joints) < 6:
-        raise InvalidSequence(f"row {edit.row + 1} is a {command.name} without six joints to set", row=edit.row)
+def _with_joint(sequence: Sequence, edit: Edit) -> Command:
+    command = sequence.commands[edit.row]
+    own = sequence.layout.moved(command.kind, command.leg)
+    if command.joints is None or not 0 < own.stop - own.start == len(command.joints):
+        wanted = "six joints" if sequence.described is None else "joints that are its own"
+        raise InvalidSequence(f"row {edit.row + 1} is a {command.name} without {wanted} to set", row=edit.row)
     joint, last = _given(edit.joint, "joint"), len(command.joints) - 1
     if joint > last:
-        order = ", ".join(LEG_JOINTS)
-        raise InvalidSequence(f"joint of a {command.name} is 0…{last}, leg by leg {order}", joint=joint, row=edit.row)
+        own_names = ", ".join(sequence.layout.joint_names[own])
+        order = f"leg by leg {', '.join(LEG_JOINTS)}" if sequence.described is None else own_names
+        raise InvalidSequence(f"joint of a {command.name} is 0…{last}, {order}", joint=joint, row=edit.row)
     joints = command.joints.copy()
     joints[joint] = _given(edit.number, "number")
     return replace(command, joints=joints)
@@ -216,10 +226,9 @@ def _split(sequence: Sequence, edit: Edit) -> list[Command]:
     first = fraction * command.duration
     joints = command.joints
     if command.kind is not WAIT:
-        moved = target(command, len(sequence.start) // 6)
-        if moved is None:
+        own, end = sequence.layout.moved(command.kind, command.leg), joints
+        if end is None or not 0 < own.stop - own.start == len(end) or not np.isfinite(end).all():
             raise InvalidSequence(f"row {edit.row + 1} moves no leg, so there is nothing to split", row=edit.row)
-        own, end = moved
         begin = sequence.set_points_before(edit.row)[own]
         joints = begin + fraction * (end - begin)
     return [

@@ -206,7 +206,7 @@ function toldTether({ tether_lengths: lengths }, row) {
 
 function tableRow(command, row, broken, state, tether) {
   const mine = broken.filter((rule) => rule.row === row);
-  const duration = !isAthletes() ? fixed(command.duration, 1) : element("input", {
+  const duration = element("input", {
     type: "number", min: "0", step: "any", value: asTyped(command.duration), ariaLabel: texts.secondsOf(row + 1),
     onchange: (event) => {
       const seconds = Number(event.target.value);
@@ -226,7 +226,7 @@ function tableRow(command, row, broken, state, tether) {
     element("td", {}, duration),
     element("td", { className: mine.length ? "no" : "sign", textContent: mine.length ? mine.map((rule) => rule.text).join(" ") : "✓" }),
     element("td", { textContent: state?.text ?? "–", title: state?.times ?? "" }),
-    element("td", {}, !isAthletes() ? null : element("button", {
+    element("td", {}, element("button", {
       type: "button", textContent: "✕", ariaLabel: texts.deleteRow(row + 1), onclick: () => edit({ kind: "delete", row }),
     })));
 }

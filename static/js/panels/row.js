@@ -3,7 +3,7 @@
 import { act } from "../acts.js";
 import { $, asTyped, element } from "../dom.js";
 import { edit, isOnItsWay } from "../edits.js";
-import { jointsOf } from "../robot.js";
+import { jointsOf, slides } from "../robot.js";
 import { known, subscribe } from "../store.js";
 import * as texts from "../texts/commands.js";
 import { shortName } from "./legs.js";
@@ -70,9 +70,9 @@ function jointField(command, row, joint, angle) {
   const { joint_names: names, lower, upper } = known.robot;
   const whole = command.leg === null ? joint : jointsOf(command.leg)[joint];
   const name = command.leg === null ? `${known.robot.legs.find((leg) => jointsOf(leg).includes(whole))} ${shortName(names[whole])}` : shortName(names[whole]);
-  return element("label", { textContent: `${name} `, title: texts.range(lower[whole], upper[whole]) },
+  return element("label", { textContent: `${name} `, title: texts.range(lower[whole], upper[whole], slides(whole)) },
     element("input", {
-      type: "number", step: "any", value: asTyped(angle, 4), ariaLabel: texts.jointOfRow(name, row + 1),
+      type: "number", step: "any", value: asTyped(angle, 4), ariaLabel: texts.jointOfRow(name, row + 1, slides(whole)),
       onchange: (event) => {
         const number = Number(event.target.value);
         event.target.blur();

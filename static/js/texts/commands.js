@@ -69,8 +69,9 @@ export const copyRow = "Copy the chosen row, after it";
 export const deleteChosen = "Delete the chosen row";
 export const chooseRow = "Choose a row first, by its number in the list.";
 export const rowTold = (row, name, leg, phase) => `Row ${row}: ${name}${leg === null ? "" : ` leg ${leg}`}${phase ? `, ${phase}` : ""}`;
-export const range = (low, high) => `${fixed(low)} … ${radians(high)}`;
-export const jointOfRow = (joint, row) => `${joint} of row ${row} [rad]`;
+const limit = (value, slides) => (slides ? metres(value) : radians(value));
+export const range = (low, high, slides) => (low === null || high === null ? "no limits" : `${fixed(low)} … ${limit(high, slides)}`);
+export const jointOfRow = (joint, row, slides) => `${joint} of row ${row} [${slides ? "m" : "rad"}]`;
 
 // -- the run ---------------------------------------------------------------------------------------
 

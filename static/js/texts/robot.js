@@ -15,7 +15,6 @@ export const ALONE = {
   parts: "Commands of the whole walk are made under Commands.",
   loop: `${ATHLETES}: this robot does not walk by itself.`,
   sag: `${ATHLETES}: commands hold the pose of this robot where its description says how stiff every joint is.`,
-  edits: `${ATHLETES}: change this robot's commands in a file, and import it.`,
   margins: `${ATHLETES}: the checks of a plan tell this robot's least margin.`,
   clearances: `${ATHLETES}: the clearance of this robot's feet is not measured.`,
   page: `${ATHLETES}: the page that plays a session alone does not draw this robot.`,

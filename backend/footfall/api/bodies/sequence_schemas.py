@@ -41,12 +41,12 @@ class NewSequence(Strictly):
 
 
 class CommandModel(Strictly):
-    """One command: LEG_MOVE and LEG_LOWER (which has a ``force`` [N]) with six joint angles of a leg [rad],
-    POSTURE_MOVE with those of all legs, or WAIT."""
+    """One command: LEG_MOVE and LEG_LOWER (which has a ``force`` [N]) with the joints of a leg [rad, or m where one
+    slides], six of ATHLETE's, POSTURE_MOVE with those of all legs, or WAIT."""
 
     name: Annotated[str, Field(pattern=f"^({'|'.join(KINDS)})$")]
     leg: Leg | None = None
-    joints: Annotated[list[Number], Len(6, 384)] | None = None
+    joints: Annotated[list[Number], Len(1, 384)] | None = None
     duration: Number = Field(description="[s]")
     phase: Annotated[str, Field(max_length=20)] = ""
     force: Number | None = Field(default=None, description=f"of {LEG_LOWER.name} [{FORCE.unit}]")

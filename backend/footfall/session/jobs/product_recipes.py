@@ -276,15 +276,15 @@ def _execution_of(result: Any) -> Any:
 
 
 def edit(parents: Mapping[str, Any], settings: Any, progress: Progress) -> Value:
-    """robot, sequence, dem; Edit → Sequence."""
+    """robot, sequence, dem, of a robot that others described the state that it began from; Edit → Sequence."""
     from footfall.robot.legged.legged_robot import LeggedRobot
     from footfall.sequence.edit import apply_edit
+    from footfall.session.jobs.described_recipes import from_feet, on_map
 
     if isinstance(robot := parents["robot"], LeggedRobot):
-        raise InvalidInput(
-            f"commands of {robot.name} are not edited one by one: export them as csv, change the file and read it in"
-        )
-    return apply_edit(parents["robot"], parents["sequence"], settings, parents["dem"])
+        _, ground, _ = from_feet(parents)
+        return on_map(apply_edit(robot, parents["sequence"], settings, ground), ground, parents)
+    return apply_edit(robot, parents["sequence"], settings, parents["dem"])
 
 
 def from_file(parents: Mapping[str, Any], settings: ImportRequest, progress: Progress) -> Value:

@@ -56,6 +56,8 @@ class Sequences:
             "sequence": digest,
             "dem": present(self.planned_on(digest), "the sequence goes back to no plan"),
         }
+        if self._core.described is not None and (behind := self._core.state.plan_behind(digest)) is not None:
+            parents["state"] = behind.parents["state"]  # its feet told the ground under them
         return self._core.product_jobs.submit(EDIT, parents, edit, urgent=True).finish(SHORT_JOB)
 
     def import_file(self, name: str, content: bytes) -> str:
