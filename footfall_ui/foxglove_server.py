@@ -82,11 +82,8 @@ class FoxgloveServer:
 
     def _advertise(self, live: LiveSession) -> None:
         """At once, not with the first message: a viewer that subscribes in the same moment would not be heard."""
-        if live.described is not None:
-            _log.warning("%s is not shown in Foxglove: only ATHLETE's legs are", live.state.robot_name)
-            return
-        about = live.description
-        for topic, kind in topics(len(about.legs), tuple(camera.name for camera in about.cameras)).items():
+        cameras = (live.described or live.description).cameras
+        for topic, kind in topics(len(live.layout.legs), tuple(camera.name for camera in cameras)).items():
             self._channel(topic, kind)
 
     def _take(self, live: LiveSession) -> Callable[[Item, int], None]:
@@ -119,7 +116,7 @@ class FoxgloveServer:
 def _written(live: LiveSession, item: Item) -> list[Written]:
     match item:
         case TelemetryFrame():
-            return [] if live.described is not None else of_frame(item, live.description.joint_names)
+            return of_frame(item, live.layout.joint_names)
         case Snapshot():
             return of_images(item)
         case (topic, body):

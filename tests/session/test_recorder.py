@@ -18,7 +18,7 @@ from footfall.io.recordings.reading import Recording
 from footfall.session.jobs.local import InlineJobs
 from footfall.session.registry import Sessions
 from footfall.session.rover import recorder
-from footfall.session.rover.recorder import Recorder, RecordingLimits
+from footfall.session.rover.recorder import RecordedRobot, Recorder, RecordingLimits
 from footfall.telemetry.state import TelemetryFrame
 from tests.support.frames import digests, moving_frames
 from tests.support.waiting import BOUND, a_while, until
@@ -69,7 +69,7 @@ def recorded(tmp_path, athlete):
         made.append(
             Recorder(
                 tmp_path,
-                lambda: athlete.description,
+                lambda: RecordedRobot(athlete.name, athlete.layout, described=False),
                 lambda kind, text: told.append((kind, text)),
                 RecordingLimits(**limits),
             )

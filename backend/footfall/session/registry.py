@@ -108,7 +108,6 @@ class Sessions:
     def create(self, name: str, robot: "str | os.PathLike[str] | Robot | LeggedRobot | None" = None) -> LiveSession:
         """A new, empty session for a robot (its name, a path, or the built model). Raises InvalidInput, NotFound."""
         from footfall.io.any_robot import load_robot
-        from footfall.robot.model import Robot
 
         name = session_name(name)
         robot = self._robot if robot is None else robot
@@ -129,8 +128,7 @@ class Sessions:
             store = SessionStore.create(self.folder / session_id, about)
             try:
                 store.put(built.description)
-                recording = self._recording if isinstance(built, Robot) else None
-                live = LiveSession(store, self.jobs, recording, self.light_time)
+                live = LiveSession(store, self.jobs, self._recording, self.light_time)
                 live.begin(name, built.digest, built.name)
             except BaseException:
                 store.close()

@@ -154,11 +154,12 @@ class Player:
 
     async def run(self) -> Played:
         """Raises Conflict where the server can't be reached, has another rover, or closes the link; InvalidInput."""
+        recording = self._recording
         while True:
             socket = await self._connect()
             tasks = [asyncio.create_task(self._listen(socket)), asyncio.create_task(self._answer(socket))]
             try:
-                await socket.send(encode(HelloMessage(self._recording.robot, self._recording.legs)))
+                await socket.send(encode(HelloMessage(recording.robot, recording.legs, described=recording.described)))
                 self._playback.release(LINK)
                 ended = await self._play(socket)
                 self._playback.hold(LINK)
@@ -251,7 +252,7 @@ class Player:
     def _answers(self, text: str | bytes) -> list[Message]:
         now = 0.0 if self._latest is None else self._latest.state.time
         try:
-            message = decode(text)
+            message = decode(text, described=self._recording.described)
         except InvalidTelemetry as err:
             return [ErrorMessage("", err.message)]
         match message:

@@ -33,8 +33,10 @@ from footfall.io.recordings import (
 from footfall.io.recordings.continuity import Continuity
 from footfall.io.recordings.images import join_images
 from footfall.io.recordings.recovery import is_whole, recover
-from footfall.io.recordings.writing import ABOUT, COUNTS
+from footfall.io.recordings.writing import ABOUT, COUNTS, JOINTS
 from footfall.io.ros2_messages import NS, TEXT
+from footfall.telemetry.joint_layout import JointLayout
+from footfall.telemetry.link_state import layout_from
 from footfall.telemetry.state import RobotState, TelemetryFrame
 
 
@@ -54,9 +56,9 @@ class Said:
 class Recording:
     """A recording in a file; one that was cut short is recovered in memory first.
 
-    robot, legs: who was recorded; start, end: times of the first and last message [ns]; messages: how many;
-    counts: frames, gaps, restarts, dropped; whole: whether its end was written. Raises InvalidInput where the file
-    is no recording of FootFall.
+    robot, legs: who was recorded; described: its legs and joints where others described it; start, end: times of the
+    first and last message [ns]; messages: how many; counts: frames, gaps, restarts, dropped; whole: whether its end was
+    written. Raises InvalidInput where the file is no recording of FootFall.
     """
 
     def __init__(self, path: Path) -> None:
@@ -108,7 +110,7 @@ class Recording:
                     gathered = []
                 if channel.topic == FRAME:
                     parts = {topic: part.data for topic, part in gathered}
-                    yield Said(message.log_time, FRAME, frame_of(self.name, message.data, parts))
+                    yield Said(message.log_time, FRAME, frame_of(self.name, message.data, parts, self.described))
                 elif channel.topic == IMAGES:
                     yield Said(message.log_time, IMAGES, self._images(channel.message_encoding, message.data, gathered))
                 elif channel.message_encoding == "json" or (
@@ -140,6 +142,7 @@ class Recording:
         if about is None:
             raise InvalidInput(f"{self.name} is an MCAP file, but no recording of FootFall")
         self.robot, self.legs = about.get("robot", ""), int(about.get("legs", "0"))
+        self.described = described_in(about)
         if summary is not None and summary.statistics is not None and self._indexed and counts is not None:
             self.start, self.end = summary.statistics.message_start_time, summary.statistics.message_end_time
             self.messages = summary.statistics.message_count
@@ -172,8 +175,27 @@ class Recording:
         return join_images(header, files) if files else json.loads(header)
 
 
-def frame_of(name: str, own: bytes, parts: Mapping[str, bytes]) -> TelemetryFrame:
+def described_in(about: Mapping[str, str]) -> JointLayout | None:
+    """Legs and joints of whom was recorded, of a recording's metadata; None where it is of ATHLETE's build.
+
+    Raises InvalidInput where they can't be read.
+    """
+    said = about.get(JOINTS)
+    if said is None:
+        return None
+    try:
+        body = json.loads(said)
+    except ValueError as err:
+        raise InvalidInput("the joints of the robot that was recorded are no JSON") from err
+    if not isinstance(body, dict):
+        raise InvalidInput("the joints of the robot that was recorded are no JSON object")
+    return layout_from(body)
+
+
+def frame_of(name: str, own: bytes, parts: Mapping[str, bytes], described: JointLayout | None = None) -> TelemetryFrame:
     """A frame of the recording ``name``: its own message, and those before it by their topics.
+
+    described: legs and joints of a robot that others described; None: it is of ATHLETE's build.
 
     Raises InvalidInput where one of them is not there, or can't be read.
     """
@@ -184,10 +206,12 @@ def frame_of(name: str, own: bytes, parts: Mapping[str, bytes]) -> TelemetryFram
         posture, torques = _joints(parts[MEASURED])
         commanded, _ = _joints(parts[COMMANDED])
         mode = CdrReader(parts[MODE]).string()
-        forces = [_after_header(parts[wheel_force_topic(leg)]).fixed_floats(3) for leg in range(len(posture) // 6)]
+        legs = len(posture) // 6 if described is None else len(described.legs)
+        forces = [_after_header(parts[wheel_force_topic(leg)]).fixed_floats(3) for leg in range(legs)]
     except KeyError as err:
         raise InvalidInput(f"{name}: frame {number} lacks its {err.args[0]}", number=number) from err
-    state = RobotState(robot, time, posture, T_site_base, np.array(forces).reshape(-1, 3), torques, mode)
+    pressed = np.array(forces).reshape(-1, 3)
+    state = RobotState(robot, time, posture, T_site_base, pressed, torques, mode, described=described)
     return TelemetryFrame(number, state, commanded)
 
 

@@ -5,16 +5,18 @@ from pathlib import Path
 
 import numpy as np
 from mcap.opcode import Opcode
-from mcap.records import Channel, Chunk, Message
+from mcap.records import Channel, Chunk, Message, Metadata
 from mcap.stream_reader import breakup_chunk
 from mcap.writer import MCAP0_MAGIC
 from numpy.typing import NDArray
 
 from footfall.core.errors import InvalidInput
 from footfall.io.recordings import FRAME, UNFINISHED
-from footfall.io.recordings.reading import frame_of
+from footfall.io.recordings.reading import described_in, frame_of
 from footfall.io.recordings.recovery import whole_records
+from footfall.io.recordings.writing import ABOUT
 from footfall.io.ros2_messages import NS
+from footfall.telemetry.joint_layout import JointLayout
 from footfall.telemetry.quantities import extremes, numbers_of
 
 SILENCE = 2.0
@@ -52,6 +54,7 @@ class Track:
         self.used = 0
         self.caught_up = False
         self._topics: dict[int, str] = {}
+        self._described: JointLayout | None = None
         self._times: list[float] = []
         self._rows: list[NDArray[np.float32]] = []
         self._stamps: NDArray[np.float64] = np.zeros(0)
@@ -74,6 +77,8 @@ class Track:
                 self.used = file.tell()
             first = self.used
             for record, end in whole_records(file, size):
+                if isinstance(record, Metadata) and record.name == ABOUT:
+                    self._described = described_in(record.metadata)
                 if isinstance(record, Chunk) and not self._take(record, path.name):
                     break
                 self.used = end
@@ -147,7 +152,7 @@ class Track:
             topic = self._topics.get(one.channel_id, "")
             if topic == FRAME:
                 try:
-                    self._add(one, numbers_of(frame_of(name, one.data, parts)))
+                    self._add(one, numbers_of(frame_of(name, one.data, parts, self._described)))
                 except InvalidInput:
                     return False
             parts[topic] = one.data

@@ -15,6 +15,8 @@ CHUNK = 16 << 10
 """A chunk is closed as soon as it holds this much before compression [bytes]: about four frames of six legs."""
 ABOUT, COUNTS = "footfall", "footfall_counts"
 """Names of the metadata: at the beginning who was recorded, at the end the continuity."""
+JOINTS = "joints"
+"""Of whom was recorded: legs and joints as the rover link names them, of a robot that others described alone."""
 _ENDLESS = 1 << 62
 _MESSAGE_OVERHEAD = 31
 

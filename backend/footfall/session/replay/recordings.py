@@ -16,6 +16,8 @@ from footfall.io.link_images import decode_images
 from footfall.io.recordings import ACKNOWLEDGEMENTS, DROPPED, IMAGES, TO_ROVER
 from footfall.io.recordings.continuity import Continuity
 from footfall.io.recordings.reading import Recording, Said
+from footfall.robot.description import athlete_layout
+from footfall.telemetry.joint_layout import JointLayout
 from footfall.telemetry.state import TelemetryFrame
 
 MOST_PROBLEMS = 20
@@ -78,7 +80,7 @@ def replay_recording(path: Path, progress: Progress = no_progress) -> RecordingR
     Raises InvalidInput where the file is no recording at all.
     """
     recording = Recording(path)
-    heard = _Heard(recording.robot, recording.legs)
+    heard = _Heard(recording.robot, recording.legs, recording.described)
     try:
         for i, said in enumerate(recording.said()):
             if i % _EVERY == 0:
@@ -119,6 +121,7 @@ class _Heard:
 
     robot: str
     legs: int
+    described: JointLayout | None
     counted: Continuity = field(default_factory=Continuity)
     latest: TelemetryFrame | None = None
     images: int = 0
@@ -147,8 +150,9 @@ class _Heard:
     def _frame(self, frame: TelemetryFrame) -> None:
         self.counted.take(frame.number)
         state, before = frame.state, self.latest
-        if (state.robot, len(state.posture)) != (self.robot, 6 * self.legs):
-            self.problem(f"frame {frame.number} is of {state.robot} with {len(state.posture) // 6} legs")
+        layout = self.described or athlete_layout(self.legs)
+        if (state.robot, len(state.posture)) != (self.robot, len(layout.joint_names)):
+            self.problem(f"frame {frame.number} is of {state.robot} with {state.leg_count} legs")
         if before is not None and frame.number > before.number and state.time < before.state.time:
             back = before.state.time - state.time
             self.problem(f"the rover's clock went back by {back:z.3f} s at frame {frame.number}")
@@ -157,7 +161,7 @@ class _Heard:
     def _images(self, content: bytes) -> None:
         self.images += 1
         try:
-            _, snapshot = decode_images(content, self.legs)
+            _, snapshot = decode_images(content, self.legs, described=self.described)
             self.left_out += len(snapshot.left_out)
         except FootFallError as err:
             self.problem(f"images, set {self.images}: {err.message}")

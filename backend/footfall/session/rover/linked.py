@@ -10,7 +10,6 @@ from dataclasses import replace
 
 from footfall.core.errors import Conflict, InvalidTelemetry, NotFound
 from footfall.planning.compliance.seen_yield import gives_way
-from footfall.robot.description import RobotDescription
 from footfall.session.commanding import Commanding
 from footfall.session.core import SessionCore
 from footfall.session.pixels import HeldPixels
@@ -18,7 +17,14 @@ from footfall.session.rover.heard import ENDED
 from footfall.session.rover.light_time import LightTime
 from footfall.session.rover.link import Send
 from footfall.session.rover.past import Past
-from footfall.session.rover.recorder import DEFAULT_LIMITS, RecordedLink, Recorder, RecordingLimits, acknowledgement
+from footfall.session.rover.recorder import (
+    DEFAULT_LIMITS,
+    RecordedLink,
+    RecordedRobot,
+    Recorder,
+    RecordingLimits,
+    acknowledgement,
+)
 from footfall.telemetry.images import Snapshot
 from footfall.telemetry.link import EPOCHS_AHEAD, ErrorMessage, HelloMessage, ImageRequestMessage, encode
 from footfall.telemetry.state import TelemetryFrame, counted_anew
@@ -39,15 +45,15 @@ class LinkedRover:
         self._core = core
         self._requests = 0
         self._follow: list[Callable[[TelemetryFrame], None]] = []
-        self.recorder = Recorder(core.store.folder, self._recordable, self._recording_failed, recording)
+        self.recorder = Recorder(core.store.folder, self._recorded_robot, self._recording_failed, recording)
         self.past = Past()
         self.link = RecordedLink(self.recorder, light_time)
         folded_log = core.folded_log
         self.commanding = Commanding(self.link, folded_log.record, folded_log.record_anyway, lambda: folded_log.state)
 
-    def _recordable(self) -> RobotDescription | None:
-        # recordings say of no joint to which leg it belongs: of robots that others described there are none
-        return None if self._core.described is not None else self._core.description
+    def _recorded_robot(self) -> RecordedRobot:
+        core = self._core
+        return RecordedRobot(core.state.robot_name, core.layout, core.described is not None)
 
     def close(self) -> None:
         """End the link, the run and the recording; harmless when done twice."""

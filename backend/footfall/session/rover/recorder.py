@@ -15,16 +15,17 @@ from collections import deque
 from collections.abc import Callable
 from dataclasses import dataclass
 from pathlib import Path
-from typing import IO, Any
+from typing import IO, Any, NamedTuple
 
 from footfall.core.errors import FootFallError, NotFound
 from footfall.io.recordings import ACKNOWLEDGEMENTS, SUFFIX, TO_ROVER, UNFINISHED
 from footfall.io.recordings.recovery import recover
-from footfall.io.recordings.writing import RecordingWriter
-from footfall.robot.description import RobotDescription
+from footfall.io.recordings.writing import JOINTS, RecordingWriter
 from footfall.session.rover.light_time import LightTime
 from footfall.session.rover.link import RoverLink
 from footfall.telemetry.images import Snapshot
+from footfall.telemetry.joint_layout import JointLayout
+from footfall.telemetry.link_state import layout_object
 from footfall.telemetry.state import TelemetryFrame
 
 FOLDER = "recordings"
@@ -55,6 +56,15 @@ class RecordingLimits:
 
 DEFAULT_LIMITS = RecordingLimits()
 
+
+class RecordedRobot(NamedTuple):
+    """Who is recorded. described: whether others described it: then the recording says its legs and joints by name."""
+
+    name: str
+    layout: JointLayout
+    described: bool
+
+
 Item = TelemetryFrame | Snapshot | tuple[str, dict[str, Any]]
 """A frame, images, or a topic and a JSON object."""
 
@@ -62,8 +72,7 @@ Item = TelemetryFrame | Snapshot | tuple[str, dict[str, Any]]
 class Recorder:
     """Takes from any thread without waiting; one thread, started by the first thing to record, writes.
 
-    folder: of the session. description: of the robot, asked for when a recording begins; None: of that one there is no
-    recording. limits: None: write nothing.
+    folder: of the session. robot: asked for when a recording begins. limits: None: write nothing.
     tell: hears of what went wrong (once, until it went well again) and of recordings that were saved; called from
     the recorder's thread with an event's type and a text.
     """
@@ -71,12 +80,12 @@ class Recorder:
     def __init__(
         self,
         folder: Path,
-        description: Callable[[], RobotDescription | None],
+        robot: Callable[[], RecordedRobot],
         tell: Callable[[str, str], None],
         limits: RecordingLimits | None = DEFAULT_LIMITS,
     ) -> None:
         self._folder = folder / FOLDER
-        self._description, self._tell = description, tell
+        self._robot, self._tell = robot, tell
         self._limits = limits or DEFAULT_LIMITS
         self._listeners: list[Callable[[Item, int], None]] = []
         self._filled = threading.Condition()
@@ -217,8 +226,6 @@ class Recorder:
             at, item = max(self._latest, came[0]), came[1]
             self._latest = at
             writer = self._open()
-            if writer is None:
-                return
             if untold:
                 writer.dropped(untold, at)
             match item:
@@ -240,16 +247,17 @@ class Recorder:
         if ended:
             self._finish()
 
-    def _open(self) -> RecordingWriter | None:
+    def _open(self) -> RecordingWriter:
         if self._writer is None:
-            robot = self._description()
-            if robot is None:
-                return None
+            robot = self._robot()
             self._folder.mkdir(exist_ok=True)
             self._path = self._next()
             self._file = file = create(self._path)
-            about = {"session": self._folder.parent.name, "robot": robot.name, "legs": str(len(robot.legs))}
-            self._writer = RecordingWriter(file, robot.joint_names, about, sync=lambda: os.fsync(file.fileno()))
+            about = {"session": self._folder.parent.name, "robot": robot.name, "legs": str(len(robot.layout.legs))}
+            if robot.described:
+                about[JOINTS] = json.dumps(layout_object(robot.layout))
+            names = robot.layout.joint_names
+            self._writer = RecordingWriter(file, names, about, sync=lambda: os.fsync(file.fileno()))
         return self._writer
 
     def _next(self) -> Path:
