@@ -56,7 +56,7 @@ def judged(name: str | int, dem: Dem, plan) -> list[str]:
     return faults(Recheck(path, robot, list(path.parents[2:5])).walk(dem, plan, EVERY))
 
 
-@pytest.mark.parametrize("name", [3, 4, 6, 8, *REAL])
+@pytest.mark.parametrize("name", [3, 4, 6, 8, (4, 5), (6, 7), *REAL])
 def test_a_stance_at_ease_leaves_every_foot_its_stroke(name):
     _, robot = robot_of(name)
     ease = at_ease(robot)
@@ -97,7 +97,7 @@ def test_who_stands_has_all_feet_on_the_ground_and_the_weight_over_them(name, ki
     assert np.hypot(*(state.T_site_base[:2, 3] - (0.1, -0.1))) < 0.2 * robot.length
 
 
-@pytest.mark.parametrize("name", [4, 5, 6, "A1", "Go2", "HyQ", "ANYmal B"])
+@pytest.mark.parametrize("name", [4, 5, 6, (4, 5), (6, 7), "A1", "Go2", "HyQ", "ANYmal B"])
 def test_a_walk_holds_before_judges_of_its_own(name):
     _, robot = robot_of(name)
     dem = ground_for(name, "rough")

@@ -1,4 +1,5 @@
-"""Robots that others described, read once for all tests: real ones by name, made ones by the number of legs."""
+"""Robots that others described, read once for all tests: real ones by name, made ones by the number of legs, or by that
+and the number of joints of each."""
 
 from dataclasses import replace
 from functools import cache
@@ -19,13 +20,14 @@ from tests.support.walkers import ring
 
 
 @cache
-def robot_of(name: str | int) -> tuple[Path, LeggedRobot]:
+def robot_of(name: str | int | tuple[int, int]) -> tuple[Path, LeggedRobot]:
     """The URDF of a robot and the robot."""
-    if isinstance(name, int):
-        path = Path(mkdtemp()) / "robot.urdf"
-        path.write_text(ring(name), encoding="utf-8")
-    else:
+    if isinstance(name, str):
         path = described(name)
+    else:
+        legs, joints = (name, 3) if isinstance(name, int) else name
+        path = Path(mkdtemp()) / "robot.urdf"
+        path.write_text(ring(legs, joints=joints), encoding="utf-8")
     model = legged_model(read_urdf(path))
     return path, LeggedRobot(model, always=touching(model.tree, 40).always)
 

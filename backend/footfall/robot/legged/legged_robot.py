@@ -24,7 +24,7 @@ from footfall.robot.limb.limb import limb_of
 
 CLEARANCE_SHARE = 0.02
 """Clearances where nobody says otherwise, as a share of the longest leg."""
-FEWEST_JOINTS, MOST_JOINTS = 3, 6
+FEWEST_JOINTS, MOST_JOINTS = 3, 7
 """Of a leg that can walk: fewer can't place a foot everywhere; the torque program takes no more."""
 CLEARANCES = ("other_leg", "own_leg", "base", "ground")
 
