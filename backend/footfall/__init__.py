@@ -13,14 +13,13 @@ if TYPE_CHECKING:
     from footfall.io.imports import read_sequence
     from footfall.io.scripting import make_sequence
     from footfall.io.terrain_files import read_terrain
-    from footfall.planning.any_robot import compute_maps, plan_step, plan_walk, stand
+    from footfall.planning.any_robot import compute_maps, plan_route, plan_step, plan_walk, stand
     from footfall.planning.body.body_move import plan_body_move
     from footfall.planning.body.body_shift import BodyShift
     from footfall.planning.body.find_shift import find_shift
     from footfall.planning.body.shift import shifted_state
     from footfall.planning.execution.plan import plan_execution
     from footfall.planning.gait.plan import plan_gait
-    from footfall.planning.route.plan import plan_route
     from footfall.session.replay.recompute import replay
 
 # Compiled loops share the machine with other processes: threads that wait must sleep, not spin.
@@ -39,7 +38,7 @@ _where = {
     "plan_step": "footfall.planning.any_robot",
     "plan_gait": "footfall.planning.gait.plan",
     "plan_walk": "footfall.planning.any_robot",
-    "plan_route": "footfall.planning.route.plan",
+    "plan_route": "footfall.planning.any_robot",
     "plan_execution": "footfall.planning.execution.plan",
     "make_sequence": "footfall.io.scripting",
     "export": "footfall.io.exports",

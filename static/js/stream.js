@@ -77,7 +77,8 @@ async function refreshProducts(summary) {
 
 async function readProduct(name, digest) {
   const { body, response } = await request("GET", name === "sequence" ? `/sequences/${digest}` : `${FOLDERS[name]()}/${digest}`);
-  known[name] = name === "sequence" ? { ...body, etag: response.headers.get("ETag") } : isAthletes() ? body : asPanelsRead(body);
+  if (name === "sequence") known[name] = { ...body, etag: response.headers.get("ETag") };
+  else known[name] = isAthletes() || name === "route" ? body : asPanelsRead(body);
 }
 
 const FOLDERS = { plan: () => orders("step"), walk: () => orders("walk"), gait: () => "/sessions/current/gaits", route: () => "/sessions/current/routes" };

@@ -215,7 +215,6 @@ def test_what_is_athletes_alone_is_refused_by_name(rest, step):
         "plans": {"leg": 0, "target": [0.3, 0.1]},
         "walks": {"goal": {"x": 0.2, "y": 0.0}},
         "gaits": {"goal": {"x": 0.2, "y": 0.0}},
-        "routes": {"goal": {"x": 0.2, "y": 0.0}},
         "body-moves": {"shift": {"dz": 0.01}},
     }
     for folder, order in orders.items():

@@ -189,3 +189,27 @@ def test_a_page_that_is_not_told_the_robot_waits_for_another_answer(chromium: Br
     expect(page.locator("#legs button")).to_have_count(6)
     assert len(loads) == 2
     context.close()
+
+
+def test_a_route_is_planned_and_the_walk_goes_along_it(other: Page, robot_served: Running) -> None:
+    other.locator("#area-goal").click()
+    other.locator("#walk-ahead").fill("0.06")
+    made(robot_served, "route", lambda: other.locator("#plan-route").click())
+    expect(other.locator("#route-answer")).to_contain_text("plan a walk along it")
+    expect(other.locator("#walk-along")).to_be_checked()
+    made(robot_served, "described_walk", lambda: other.locator("#plan-walk").click())
+    expect(other.locator("#walk-answer")).to_contain_text("Walk found")
+    digest = held(robot_served)["described_walk"]
+    walk = held(robot_served, f"{SESSION}/described-walks/{digest}")
+    route = held(robot_served, f"{SESSION}/routes/{held(robot_served)['route']}")
+    assert walk["provenance"]["parents"]["route"] == route["plan"]["digest"]
+
+    other.locator("#walk-ahead").fill("-0.2")
+    other.locator("#plan-walk").click()
+    expect(other.locator("#toast")).to_contain_text("The route leads to another goal")
+    assert held(robot_served)["described_walk"] == digest
+    other.locator("#walk-along").uncheck()
+    other.locator("#walk-ahead").fill("0.05")
+    made(robot_served, "described_walk", lambda: other.locator("#plan-walk").click())
+    straight = held(robot_served, f"{SESSION}/described-walks/{held(robot_served)['described_walk']}")
+    assert "route" not in straight["provenance"]["parents"]

@@ -1,14 +1,12 @@
 """`footfall plan walk` and `footfall map` with `--robot robot.toml`: from its URDF to a walk, and to maps."""
 
 import json
-from typing import Any
 
 import numpy as np
 import pytest
 from PIL import Image
 
 import footfall
-from footfall.core.errors import InvalidInput
 from footfall.io.any_robot import is_legged, load_legged
 from footfall.io.artifacts import decode
 from footfall.io.terrain_files import write_terrain
@@ -16,6 +14,7 @@ from footfall.maps.colors import REFUSED
 from footfall.maps.layers import REACHABLE_STABLE
 from footfall.maps.refusals import REFUSALS
 from footfall.planning.legged.problem import LeggedResult
+from footfall.planning.route.problem import RouteResult, settings_by_leg
 from footfall.robot.legged.legged_robot import LeggedRobot
 from footfall.robot.model import Robot
 from footfall.terrain.generate import plane
@@ -121,7 +120,6 @@ LEVEL = "level.tif"
     "asked",
     [
         ("plan", "step", LEVEL, "--leg", 0, "--target", 0.1, 0.1),
-        ("plan", "route", LEVEL, "--goal", 1, 0),
         ("plan", "gait", LEVEL, "--goal", 1, 0),
     ],
 )
@@ -153,8 +151,30 @@ def test_a_server_has_the_robot_of_its_session(described):
     )
 
 
-def test_a_route_names_the_postures_that_there_are(described):
-    robot: Any = footfall.load_robot(described / "robot.toml")
-    dem = plane(4.0, 0.1)
-    with pytest.raises(InvalidInput, match=r"not for ring \(its postures: neutral\); plan_walk takes it"):
-        footfall.plan_route(robot, dem, footfall.stand(robot, dem), (1.0, 0.0))
+def test_a_route_is_planned_and_walked_along(described, tmp_path):
+    known = [described / "level.tif", "--robot", described / "robot.toml"]
+    route, walk = tmp_path / "route.npz", tmp_path / "walk.npz"
+    told = json.loads(run("plan", "route", *known, "--goal", 0.08, 0.05, "--out", route, "--json").stdout)
+    found = decode(route.read_bytes())
+    assert isinstance(found, RouteResult)
+    assert (told["status"], told["digest"]) == ("found", found.digest)
+    length = load_legged(described / "robot.toml").length
+    assert told["provenance"]["settings"]["highest"] == settings_by_leg(length).highest
+    coarse = ["plan", "route", *known, "--goal", 0.08, 0.05, "--resolution", 0.2, "--json"]
+    assert json.loads(run(*coarse).stdout)["provenance"]["settings"]["resolution"] == 0.2
+
+    along = ["plan", "walk", *known, "--goal", 0.08, 0.05, "--time-limit", 1e6, "--along"]
+    assert run(*along, route, "--out", walk).stdout.startswith("found")
+    made = decode(walk.read_bytes())
+    assert isinstance(made, LeggedResult)
+    assert found.plan is not None
+    assert made.provenance.parents["route"] == found.plan.digest
+    said = run(*along, walk, code=2).stderr
+    assert "walk.npz holds a LeggedResult, not what `footfall plan route --out` writes" in said
+    assert "there is no file" in run(*along, tmp_path / "none.npz", code=2).stderr
+    said = run("plan", "walk", described / "level.tif", "--goal", 1, 0, "--along", route, code=2).stderr
+    assert "--along is for robots of your own" in said
+    off = ["plan", "route", *known, "--goal", 9, 0, "--out", tmp_path / "off.npz"]
+    assert run(*off, code=1).stdout.startswith("off_map")
+    said = run(*along, tmp_path / "off.npz", code=2).stderr
+    assert "off.npz holds no route: the goal (9, 0) lies off the map" in said

@@ -15,7 +15,7 @@ from footfall.api.bodies.execution_schemas import HeldMoveOrder
 from footfall.api.bodies.queue_schemas import QueueOrder
 from footfall.api.bodies.route_schemas import RouteOrder
 from footfall.api.bodies.schemas import BodyMoveOrder, ShiftOrder
-from footfall.api.bodies.settings_models import settings_value
+from footfall.api.bodies.settings_models import changed, settings_value
 from footfall.api.bodies.walk_schemas import GaitOrder, WalkOrder
 from footfall.api.execution_orders import settings_of_order
 from footfall.balance.tether import Tether
@@ -27,7 +27,7 @@ from footfall.planning.execution.problem import BodyExecutionResult
 from footfall.planning.gait.problem import GaitResult, GaitSettings
 from footfall.planning.legged.problem import LeggedResult, LeggedSettings
 from footfall.planning.queue.problem import QueueResult
-from footfall.planning.route.problem import RouteResult, RouteSettings
+from footfall.planning.route.problem import RouteResult
 from footfall.planning.walk.problem import WalkGoal, WalkResult, WalkSettings
 from footfall.planning.walk_execution.problem import WalkExecutionResult
 from footfall.session.access.identity import Role
@@ -113,7 +113,7 @@ def _plan_gait(live: LiveSession, order: GaitOrder) -> Job:
 
 
 def _plan_route(live: LiveSession, order: RouteOrder) -> Job:
-    settings = settings_value(RouteSettings, order.settings) or RouteSettings()
+    settings = changed(live.described_plans.route_settings(), order.settings)
     return live.stances.ask(kinds.ROUTE, RouteRequest((order.goal.x, order.goal.y), settings))
 
 
@@ -124,7 +124,7 @@ def _plan_described_step(live: LiveSession, order: DescribedStepOrder) -> Job:
 
 def _plan_described_walk(live: LiveSession, order: DescribedWalkOrder) -> Job:
     goal = WalkGoal(**order.goal.model_dump())
-    return live.described_plans.walk(goal, settings_value(LeggedSettings, order.settings))
+    return live.described_plans.walk(goal, settings_value(LeggedSettings, order.settings), order.route)
 
 
 SERVED: dict[Kind, Served] = {

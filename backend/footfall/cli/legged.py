@@ -63,12 +63,14 @@ def plan_legged_walk(
     as_json: bool,
     others: Mapping[str, bool],
     circulating: bool = False,
+    along: Path | None = None,
 ) -> None:
     """Plan and show; exit code 1 where the answer is no. at: x, y [m] and yaw [rad] of the stance.
 
     others: option → whether it was given, of those that are ATHLETE's alone. Raises InvalidInput where one was.
-    circulating: with legs that pass through the body.
+    circulating: with legs that pass through the body. along: file of a route.
     """
+    from footfall.cli.recorded import route_of
     from footfall.io.artifacts import encode
     from footfall.io.terrain_files import read_terrain
     from footfall.planning.legged.circulate import plan_circulating
@@ -76,12 +78,16 @@ def plan_legged_walk(
     from footfall.planning.legged.walk import plan_walk
 
     _refuse_given(others, f"be planned with {robot.name}")
-    dem = read_terrain(terrain)
+    if circulating and along is not None:
+        raise InvalidInput("a circulating walk goes around nothing: leave out --along")
+    dem, route = read_terrain(terrain), None if along is None else route_of(along)
     state = stand(robot, dem, *at, settings=settings)
     began = time.monotonic()
     with terminal.bar("walk") as progress:
-        plan = plan_circulating if circulating else plan_walk
-        result = plan(robot, dem, state, goal, settings, progress)
+        if circulating:
+            result = plan_circulating(robot, dem, state, goal, settings, progress)
+        else:
+            result = plan_walk(robot, dem, state, goal, settings, progress, route)
     seconds = time.monotonic() - began
     if out is not None:
         out.write_bytes(encode(result))

@@ -2,16 +2,19 @@
 
 import math
 import time
+from collections.abc import Mapping
+from dataclasses import replace
 from pathlib import Path
-from typing import Annotated
+from typing import Annotated, Any
 
 import typer
 
 from footfall.cli import terminal
 from footfall.cli.terminal import AtX, AtY, AtYaw, Json, Pair, RobotName, bar
+from footfall.core.progress import Progress
 from footfall.core.value import fields_of
 from footfall.planning.answers import Status
-from footfall.planning.route.problem import Route, RouteSettings
+from footfall.planning.route.problem import Route, RouteResult, RouteSettings, settings_by_leg
 
 
 def plan_route(
@@ -24,8 +27,12 @@ def plan_route(
         float, typer.Option(help="Least mean goodness × certainty of the ground under the rover, 0…1.")
     ] = RouteSettings().worst,
     resolution: Annotated[
-        float, typer.Option(help="Of the cells that the way is looked for on [m].")
-    ] = RouteSettings().resolution,
+        float | None,
+        typer.Option(
+            help=f"Of the cells that the way is looked for on [m]; otherwise {RouteSettings().resolution:g} for "
+            "ATHLETE, finer for smaller robots."
+        ),
+    ] = None,
     cost: Annotated[
         str, typer.Option(help="What the ground costs by: goodness, or feasible (footfalls within the legs' reach).")
     ] = RouteSettings().cost,
@@ -41,13 +48,11 @@ def plan_route(
 ) -> None:
     """Plan a route over a terrain to a goal, without footfalls; exit code 1 where the answer is no."""
     from footfall.io.artifacts import encode
-    from footfall.planning.route.plan import plan_route as run
 
-    settings = RouteSettings(worst=worst, resolution=resolution, cost=cost, turning=turning, together=together)
-    body, dem, state = terminal.stance(robot, terrain, x, y, yaw)
-    began = time.monotonic()
+    given = {"worst": worst, "cost": cost, "turning": turning, "together": together}
+    given |= {} if resolution is None else {"resolution": resolution}
     with bar("route") as progress:
-        result = run(body, dem, state, goal, settings, progress)
+        began, result = _planned(robot, terrain, (x, y, yaw), goal, given, progress)
     seconds = time.monotonic() - began
     if out is not None:
         out.write_bytes(encode(result))
@@ -66,6 +71,29 @@ def plan_route(
                 typer.echo(f"  {point[0]:z8.2f} {point[1]:z8.2f}{_facing(route, number)}")
         typer.echo(f"planned in {seconds:z.2f} s")
     raise typer.Exit(0 if result.status is Status.FOUND else 1)
+
+
+def _planned(
+    robot: str,
+    terrain: Path,
+    at: tuple[float, float, float],
+    goal: tuple[float, float],
+    given: Mapping[str, Any],
+    progress: Progress,
+) -> tuple[float, RouteResult]:
+    """When planning began [s], and its answer; of settings that are not given those as delivered for the robot."""
+    from footfall.io.any_robot import is_legged, load_legged
+    from footfall.io.terrain_files import read_terrain
+    from footfall.planning.any_robot import plan_route as run
+    from footfall.planning.any_robot import stand
+
+    if is_legged(robot):
+        legged, dem = load_legged(robot), read_terrain(terrain)
+        settings, start, began = settings_by_leg(legged.length), stand(legged, dem, *at), time.monotonic()
+        return began, run(legged, dem, start, goal, replace(settings, **given), progress)
+    body, dem, state = terminal.stance(robot, terrain, *at)
+    began = time.monotonic()
+    return began, run(body, dem, state, goal, RouteSettings(**given), progress)
 
 
 def _facing(route: Route, number: int) -> str:

@@ -100,6 +100,10 @@ def plan_walk(
     circulating: Annotated[
         bool, typer.Option("--circulating", help="Legs on two stacks, as the Ambler's, pass through the body.")
     ] = False,
+    along: Annotated[
+        Path | None,
+        typer.Option(help="A robot of your own goes along this route: a file that `footfall plan route` wrote."),
+    ] = None,
     out: Annotated[Path | None, typer.Option(help="Write the answer as .npz, for `footfall export`.")] = None,
     robot: RobotName = "athlete",
     as_json: Json = False,
@@ -125,7 +129,10 @@ def plan_walk(
         usual = MARGIN if circulating else LeggedSettings().least_margin
         share = usual if margin is None else margin / own.length
         limits = LeggedSettings(time_limit=time_limit, least_margin=share)
-        plan_legged_walk(own, terrain, wanted, at or (x, y, yaw), limits, out, as_json, others, circulating)
+        where = at or (x, y, yaw)
+        plan_legged_walk(own, terrain, wanted, where, limits, out, as_json, others, circulating, along)
+    if along is not None:
+        raise InvalidInput("--along is for robots of your own: walks of ATHLETE's build find their way themselves")
     if circulating:
         raise InvalidInput("--circulating is for legs on two stacks, as those of --robot ambler")
     if mode is not None and mode not in HELD:

@@ -13,6 +13,7 @@ from footfall.io.terrain_files import read_terrain
 from footfall.planning.answers import Status
 from footfall.planning.execution.problem import ExecutionResult
 from footfall.planning.legged.problem import LeggedResult
+from footfall.planning.route.problem import Route, RouteResult
 from footfall.planning.step.problem import PlanResult
 from footfall.planning.walk.problem import WalkResult
 from footfall.planning.walk_execution.problem import WalkExecutionResult
@@ -107,6 +108,16 @@ def legged_walk_of(source: Path, robot: LeggedRobot, dem: Dem) -> LeggedResult:
         raise InvalidInput(f"{source.name} holds a {type(value).__name__}, no walk of a robot of your own")
     _require_made_with(source.name, value, robot, dem)
     return value
+
+
+def route_of(source: Path) -> Route:
+    """The route in a file. Raises NotFound where there is no file, InvalidInput where it holds none."""
+    value = _read(source)
+    if not isinstance(value, RouteResult):
+        raise InvalidInput(f"{source.name} holds a {type(value).__name__}, not what `footfall plan route --out` writes")
+    if value.plan is None:
+        raise InvalidInput(f"{source.name} holds no route: {value.reason}")
+    return value.plan
 
 
 def _read(source: Path) -> Value:

@@ -1,13 +1,15 @@
-"""Stances, maps, steps and walks of any robot: its class says which planner is asked, here alone."""
+"""Stances, maps, steps, walks and routes of any robot: its class says which planner is asked, here alone."""
 
 from collections.abc import Callable
 from functools import update_wrapper
 from typing import Any, Concatenate, Generic, ParamSpec, TypeVar, overload
 
 from footfall.planning.legged.leg_maps import compute_maps as compute_legged_maps
+from footfall.planning.legged.route_to import plan_route as plan_legged_route
 from footfall.planning.legged.stand import stand as stand_legged
 from footfall.planning.legged.step import plan_step as plan_legged_step
 from footfall.planning.legged.walk import plan_walk as plan_legged_walk
+from footfall.planning.route.plan import plan_route as plan_rover_route
 from footfall.planning.step.leg_maps import compute_maps as compute_rover_maps
 from footfall.planning.step.plan import plan_step as plan_rover_step
 from footfall.planning.walk.plan import plan_walk as plan_rover_walk
@@ -46,3 +48,4 @@ stand = ByRobot(stand_rover, stand_legged)
 compute_maps = ByRobot(compute_rover_maps, compute_legged_maps)
 plan_step = ByRobot(plan_rover_step, plan_legged_step)
 plan_walk = ByRobot(plan_rover_walk, plan_legged_walk)
+plan_route = ByRobot(plan_rover_route, plan_legged_route)

@@ -3,7 +3,7 @@
 from footfall.core.errors import InvalidInput
 
 WORKS_IN_SESSIONS = (
-    "stances, maps, steps (described-steps), walks (described-walks), commands made of them, sending, stop, "
+    "stances, maps, steps (described-steps), walks (described-walks), routes, commands made of them, sending, stop, "
     "replay, and files of json, csv, seqjson, fprime and ros2"
 )
 

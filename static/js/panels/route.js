@@ -6,12 +6,14 @@ import { settled } from "../choosing.js";
 import { $, attempt, element } from "../dom.js";
 import { outOfDate } from "../fits.js";
 import { unfold } from "../layout.js";
+import { isAthletes } from "../robot.js";
 import { freeze } from "../stance.js";
 import { known, subscribe } from "../store.js";
 import * as shared from "../texts/shared.js";
 import * as texts from "../texts/walk.js";
 import { isFilledIn, setGoal } from "./goal.js";
 
+const NEAR = 0.1; // a route ends so near to the goal that it was planned to [m]
 const LEAST = 0.1; // parts of the way that are shorter are not asked for [m]
 
 let shown = ""; // digest of the route that is shown
@@ -57,8 +59,18 @@ export function pointAt(points, along) {
 
 const lengthOf = (points) => points.slice(1).reduce((sum, at, i) => sum + Math.hypot(at[0] - points[i][0], at[1] - points[i][1]), 0);
 
+// The route that the walk to a goal goes along, as its order says it: {} where it goes straight.
+export function alongRoute({ x, y }) {
+  if (isAthletes() || !known.route?.plan || !$("walk-along").checked) return {};
+  if (out()) throw new Error(texts.alongIsOut(out()));
+  const [toX, toY] = known.route.goal;
+  if (Math.hypot(toX - x, toY - y) > NEAR) throw new Error(texts.leadsElsewhere);
+  return { route: known.route.digest };
+}
+
 function draw({ summary, route }) {
   if (!summary) return;
+  $("walk-along-row").hidden = isAthletes(); // what others described goes along it; ATHLETE's walks find their own way
   $("route-doubt").hidden = !out();
   $("route-doubt").textContent = out() ? texts.routeOutOfDate(out()) : "";
   if ((route?.digest ?? "") === shown) return;
@@ -69,5 +81,5 @@ function draw({ summary, route }) {
 
 function told({ plan, status, reason }) {
   if (!plan) return element("p", { className: "no", textContent: texts.noRouteFound(status, reason) });
-  return element("p", { className: "yes", textContent: texts.routeFound(lengthOf(plan.points), plan.cost) });
+  return element("p", { className: "yes", textContent: texts.routeFound(lengthOf(plan.points), plan.cost, isAthletes()) });
 }

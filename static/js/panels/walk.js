@@ -18,6 +18,7 @@ import * as shared from "../texts/shared.js";
 import * as texts from "../texts/walk.js";
 import { sagSettings } from "./execution.js";
 import { isFilledIn } from "./goal.js";
+import { alongRoute } from "./route.js";
 import { paidOut, showTether, tether } from "./tether.js";
 
 let shown = ""; // digest of the walk that is shown
@@ -154,7 +155,7 @@ const planWalk = () => attempt(async () => {
   const goal = goalMeant();
   if (!isAthletes()) {
     await freeze();
-    await post(orders("walk"), { goal });
+    await post(orders("walk"), { goal, ...alongRoute(goal) });
     return;
   }
   const gait = $("walk-gait").value;

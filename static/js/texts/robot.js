@@ -11,7 +11,7 @@ export const ALONE = {
   settings: `${ATHLETES}: this robot's steps and walks are planned with settings as delivered.`,
   lead: `${ATHLETES}: no points lead this robot's foot.`,
   alternatives: `${ATHLETES}: there is one plan of this robot's step.`,
-  ways: `${ATHLETES}: this robot goes straight to its goal, without routes, gaits and tether.`,
+  ways: `${ATHLETES}: this robot goes in no gait, and hangs on no tether.`,
   parts: "Commands of the whole walk are made under Commands.",
   loop: `${ATHLETES}: this robot does not walk by itself.`,
   sag: `${ATHLETES}: commands hold the pose of this robot where its description says how stiff every joint is.`,

@@ -108,7 +108,10 @@ export const routeIsOut = (why) => `The route is out of date: ${why}.`;
 export const routeOutOfDate = (why) => `The route is out of date: ${why}. Plan it again.`;
 export const partTooShort = (least) => `A part of the route is at least ${least} m long.`;
 export const noRouteFound = (status, reason) => `No route (${ofWalkers(status)}): ${reason}`;
-export const routeFound = (length, cost) => `Route of ${metres(length, 1)}; it costs as much as ${metres(cost, 1)} of the best ground. It has no footfalls: walk it in parts.`;
+export const alongIsOut = (why) => `The route is out of date: ${why}. Plan it again, or walk straight.`;
+export const leadsElsewhere = "The route leads to another goal: plan one to this goal, or walk straight.";
+export const routeFound = (length, cost, inParts) =>
+  `Route of ${metres(length, 1)}; it costs as much as ${metres(cost, 1)} of the best ground. It has no footfalls: ${inParts ? "walk it in parts" : "plan a walk along it"}.`;
 
 // -- gait ------------------------------------------------------------------------------------------
 
@@ -184,6 +187,8 @@ export const tetherLength = "Length {} m";
 export const pull = "Most pull {} N";
 export const part = "The walk's goal {} m along the route";
 export const setPart = "Set this goal";
+export const alongIt = "{} Walk along the route";
+export const aboutAlongIt = "The walk goes along the route, else straight to its goal";
 export const forget = "Forget the places";
 export const allLeft = "All that is left";
 export const fromHere = "Re-plan from here";

@@ -5,7 +5,7 @@ from typing import Annotated
 from annotated_types import Len
 from pydantic import Field
 
-from footfall.api.bodies.schemas import Number, _examples
+from footfall.api.bodies.schemas import Name, Number, _examples
 from footfall.api.bodies.settings_models import FromNumber, Strictly, settings_model
 from footfall.api.bodies.walk_schemas import WalkGoalModel
 from footfall.planning.legged.problem import LeggedSettings
@@ -23,8 +23,12 @@ class DescribedStepOrder(Strictly):
 
 
 class DescribedWalkOrder(Strictly):
-    """Walk a robot that others described to a goal, from the state that is planned from."""
+    """Walk a robot that others described to a goal, from the state that is planned from.
+
+    route: digest of one to that goal, along which it goes; without, it goes straight.
+    """
 
     model_config = _examples({"goal": {"x": 0.5, "y": 0.0}})
     goal: WalkGoalModel
     settings: LeggedSettingsModel | None = None  # type: ignore[valid-type]
+    route: Name | None = None

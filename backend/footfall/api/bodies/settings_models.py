@@ -9,7 +9,7 @@ from typing import Annotated, Any, TypeVar, Union, get_args, get_origin, get_typ
 import numpy as np
 from pydantic import BaseModel, BeforeValidator, ConfigDict, Field, Strict, create_model
 
-from footfall.core.value import Value
+from footfall.core.value import Value, fields_of
 
 _V = TypeVar("_V", bound=Value)
 
@@ -93,6 +93,21 @@ def settings_value(settings: type[_V], given: BaseModel | None) -> _V | None:
             member = np.array(member, np.float64) if _holds_array(hints[name]) else tuple(member)
         members[name] = member
     return settings(**members)
+
+
+def changed(delivered: _V, given: BaseModel | None) -> _V:
+    """Settings as delivered with what a request says of them in its place; of settings within them likewise.
+
+    Raises what the value's check does.
+    """
+    if given is None:
+        return delivered
+    said = settings_value(type(delivered), given)
+    members: dict[str, Any] = {}
+    for name in given.model_fields_set:
+        inner = getattr(delivered, name)
+        members[name] = changed(inner, getattr(given, name)) if isinstance(inner, Value) else getattr(said, name)
+    return type(delivered)(**{**fields_of(delivered), **members})
 
 
 def _holds_array(hint: Any) -> bool:

@@ -1,6 +1,5 @@
 """Terrains: rebuilt from images by a job, uploaded as a file, described, downloaded."""
 
-from dataclasses import replace
 from pathlib import Path
 from tempfile import TemporaryDirectory
 from threading import Lock
@@ -15,7 +14,7 @@ from footfall.api.access import AllSessions, Digest, OneSession, product, sessio
 from footfall.api.bodies.answer_models import answer_model
 from footfall.api.bodies.answers import JobAnswer, TerrainAnswer
 from footfall.api.bodies.schemas import BlendOptions, BuildTerrain, ClearTerrain, TerrainOptions
-from footfall.api.bodies.settings_models import settings_value
+from footfall.api.bodies.settings_models import changed, settings_value
 from footfall.api.door.in_turn import in_turn
 from footfall.api.door.json_bodies import small_body
 from footfall.api.door.multipart import (
@@ -41,7 +40,7 @@ from footfall.session.live import LiveSession
 from footfall.session.reading import Read
 from footfall.terrain.dem import Dem
 from footfall.terrain.fusion.age import BANDS, age_shares
-from footfall.terrain.terrain_settings import BlendSettings, TerrainSettings
+from footfall.terrain.terrain_settings import BlendSettings
 
 router = Routes(tags=["terrains"])
 
@@ -82,11 +81,7 @@ async def make_terrain(
 
 
 def _build(live: LiveSession, order: BuildTerrain) -> Job:
-    given, delivered = order.settings, live.terrains.delivered()
-    settings = settings_value(TerrainSettings, given) or delivered
-    if given is not None and "min_range" not in given.model_fields_set:
-        settings = replace(settings, min_range=delivered.min_range)
-    return live.terrains.build(settings)
+    return live.terrains.build(changed(live.terrains.delivered(), order.settings))
 
 
 def beside_of(form: FormData, name: str) -> list[Uploaded]:

@@ -7,7 +7,7 @@ from pathlib import Path
 
 import numpy as np
 
-from footfall.robot.legged.groups import part_lengths
+from footfall.robot.legged.groups import longest_leg, part_lengths
 from footfall.robot.legged.legged_model import LegChain, LeggedModel
 from footfall.robot.legged.touching import Touching
 
@@ -40,7 +40,7 @@ EXAMPLES = (
 def proposal(model: LeggedModel, urdf: Path, out: Path, touching: Touching, folders: Sequence[Path] = ()) -> str:
     """The text of a robot.toml. Every entry says where it comes from: (URDF), (guessed), (sampled) or (assumed)."""
     tree = model.tree
-    length = max(float(part_lengths(tree, leg).sum()) for leg in model.legs)
+    length = longest_leg(model)
     here = out.resolve().parent
     lines = [
         f"# {_comment(tree.name)}: proposed by `footfall robot init`. Edit it, then give it to `footfall robot check`.",

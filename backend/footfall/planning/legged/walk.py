@@ -14,11 +14,12 @@ from typing import NamedTuple
 import numpy as np
 
 from footfall.core.arrays import Array
+from footfall.core.errors import InvalidInput
 from footfall.core.progress import Progress, no_progress
 from footfall.planning.answers import Status
 from footfall.planning.legged.chassis_poses import poses
 from footfall.planning.legged.foot_move import FootMove, chassis_way, foot_moves, plan_of
-from footfall.planning.legged.guide import Guide, guide_to, wave
+from footfall.planning.legged.guide import GuideLine, guide_to, wave
 from footfall.planning.legged.problem import LeggedPlan, LeggedResult, LeggedSettings, LeggedState
 from footfall.planning.legged.stance import Ground
 from footfall.planning.legged.step import (
@@ -31,6 +32,7 @@ from footfall.planning.legged.step import (
     tally_in_words,
 )
 from footfall.planning.legged.whole_check import Refusal, Tally
+from footfall.planning.route.problem import Route
 from footfall.planning.walk.problem import WalkGoal, goal_of
 from footfall.robot.legged.legged_robot import LeggedRobot
 from footfall.terrain.dem import Dem
@@ -43,6 +45,8 @@ FOOTFALLS = 4
 """Places that are tried for each stride."""
 BACK = 6
 """Dead ends that a walk may come to before it gets farther; at the last of them so many foot moves are taken back."""
+STRAY = 0.5
+"""A route may begin so far from the chassis, as a share of the longest leg."""
 THIN = 0.02
 """The margin that a walk is looked for with once more, where none is found: a share of the longest leg. In physics feet
 that stand come off the ground with it."""
@@ -76,9 +80,9 @@ class _Walk:
     ahead: for each foot move, and for the next one, what else may be tried in its place.
     """
 
-    def __init__(self, ground: Ground, state: LeggedState, guide: Guide, goal: WalkGoal) -> None:
+    def __init__(self, ground: Ground, state: LeggedState, guide: GuideLine, goal: WalkGoal) -> None:
         self.ground, self.start, self.guide, self.goal = ground, state, guide, goal
-        self.order, self.stride = wave(ground, guide), 2 * ground.settings.stride * ground.ease.stroke
+        self.stride = 2 * ground.settings.stride * ground.ease.stroke
         self.steps: list[_Step] = []
         self.arrival: FootMove | None = None
         self.tries = Tally()
@@ -103,6 +107,12 @@ class _Walk:
     def share(self) -> float:
         """Of the guide that the feet have behind them on average, 0…1; 0 where it has no length."""
         return float(self.on_guide.mean()) / (self.guide.length or 1.0)
+
+    @property
+    def order(self) -> list[int]:
+        """Of the legs where the chassis is now."""
+        part, _ = self.guide.part_at(float(self.on_guide.mean()))
+        return wave(self.ground, part)
 
     @property
     def feet_are_there(self) -> bool:
@@ -150,8 +160,11 @@ def plan_walk(
     goal: WalkGoal | tuple[float, ...],
     settings: LeggedSettings | None = None,
     progress: Progress = no_progress,
+    route: Route | None = None,
 ) -> LeggedResult:
     """Plan a walk from a state, its feet near their places at ease, until the chassis is over the goal.
+
+    Straight, or along a route that begins where the chassis is and ends at the goal.
 
     Args:
         robot: the robot.
@@ -160,24 +173,27 @@ def plan_walk(
         goal: a WalkGoal, or x, y [m] and, if it matters, yaw [rad] in site; without yaw the heading is kept.
         settings: with what is planned and checked; None: as delivered.
         progress: called with a fraction 0…1 and a text; may raise Cancelled.
+        route: along which the chassis goes; None: straight.
 
     Returns:
         The answer. Of "no": its status, its reason with amounts, whether a thinner margin would do, and the part of the
         walk that was found.
 
     Raises:
-        InvalidInput: the goal makes no sense, or the state is of another robot.
+        InvalidInput: the goal makes no sense, the state is of another robot, or the route leads elsewhere.
         Cancelled: ``progress`` raised it.
     """
     goal = goal_of(goal)
     settings, began = settings or LeggedSettings(), time.monotonic()
     ground = Ground(robot, dem, settings)
-    result = of_measured(_plan(ground, begun(ground, state), goal, progress), state)
+    between = None if route is None else between_ends(route, state, goal, STRAY * robot.length)
+    result = of_measured(_plan(ground, begun(ground, state), goal, progress, between), state)
     left = settings.time_limit - (time.monotonic() - began)
     if result.status is not Status.NO_PATH or settings.least_margin <= THIN or left <= 0:
-        return result
+        return _along(result, route)
     thin = Ground(robot, dem, replace(settings, least_margin=THIN, time_limit=left))
-    return _with_thin_margin(result, settings, robot.length, _plan(thin, begun(thin, state), goal, progress).status)
+    other = _plan(thin, begun(thin, state), goal, progress, between)
+    return _along(_with_thin_margin(result, settings, robot.length, other.status), route)
 
 
 def _with_thin_margin(result: LeggedResult, settings: LeggedSettings, length: float, thin: Status) -> LeggedResult:
@@ -190,11 +206,45 @@ def _with_thin_margin(result: LeggedResult, settings: LeggedSettings, length: fl
     return replace(result, reason=f"{result.reason}; {outcomes[thin]}") if thin in outcomes else result
 
 
-def _plan(ground: Ground, state: LeggedState, goal: WalkGoal, progress: Progress) -> LeggedResult:
+def _along(result: LeggedResult, route: Route | None) -> LeggedResult:
+    """The answer, made from a route too where there is one."""
+    if route is None:
+        return result
+    parents = {**result.provenance.parents, "route": route.digest}
+    return replace(result, provenance=replace(result.provenance, parents=parents))
+
+
+def between_ends(route: Route, state: LeggedState, goal: WalkGoal, stray: float) -> Array:
+    """The corners of a route.
+
+    Args:
+        route: of the chassis.
+        state: how the robot stands at first.
+        goal: where the chassis is to be.
+        stray: how far from there the route may begin [m].
+
+    Returns:
+        (n, 2) in site [m], without both ends.
+
+    Raises:
+        InvalidInput: it begins or ends elsewhere.
+    """
+    here, there = state.T_site_base[:2, 3], np.array([goal.x, goal.y])
+    begins, ends = (float(np.linalg.norm(one)) for one in (route.points[0] - here, route.points[-1] - there))
+    if begins > stray:
+        raise InvalidInput(f"the route begins {begins:z.2f} m from the chassis: plan it anew from here", away=begins)
+    if ends > goal.within:
+        raise InvalidInput(f"the route ends {ends:z.2f} m from the goal: plan one to it", away=ends)
+    return np.asarray(route.points[1:-1], float)
+
+
+def _plan(
+    ground: Ground, state: LeggedState, goal: WalkGoal, progress: Progress, between: Array | None = None
+) -> LeggedResult:
     refused = start_refused(ground, state) or goal_refused(ground, state, goal)
     if refused is not None:
         return refused
-    walk = _Walk(ground, state, guide_to(ground, state.T_site_base, goal), goal)
+    walk = _Walk(ground, state, guide_to(ground, state.T_site_base, goal, between), goal)
     began, ends = time.monotonic(), 0
     farthest: _DeadEnd | None = None
     while walk.arrival is None:

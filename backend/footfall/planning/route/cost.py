@@ -42,23 +42,43 @@ def cost_grid(
     progress: Progress = no_progress,
     fit: FitPlanes = traversability,
 ) -> CostGrid:
-    """Costs of the map's ground for a robot: 1 / (mean goodness × certainty under it).
+    """Costs of the map's ground for a robot: :func:`goodness_costs`, as wide as its feet stand.
+
+    progress: may raise Cancelled. Raises InvalidInput as :func:`reach`.
+    """
+    return goodness_costs(robot.digest, reach(robot), dem, settings or RouteSettings(), progress, fit)
+
+
+def goodness_costs(
+    robot: str, wide: float, dem: Dem, settings: RouteSettings, progress: Progress, fit: FitPlanes = traversability
+) -> CostGrid:
+    """Costs of the map's ground: 1 / (mean goodness × certainty under a robot).
 
     A metre over ground half as good costs twice as much. Unknown ground has no certainty, and beyond the map nothing is
-    known. progress: may raise Cancelled.
+    known.
+
+    Args:
+        robot: its digest.
+        wide: how far from the middle of the chassis its feet stand, at most [m].
+        dem: the ground, in site.
+        settings: what the way costs and must not cross.
+        progress: called with a fraction 0…1 and a text; may raise Cancelled.
+        fit: what fits planes to the map.
+
+    Returns:
+        The costs.
     """
-    settings = settings or RouteSettings()
     found = fit(dem, settings.maps, progress)
     good = np.nan_to_num(np.asarray(found.goodness, np.float64)) * found.certainty
     geometry, size = coarse_geometry(dem.geometry, settings.resolution)
-    side = _side(reach(robot) / geometry.resolution)
+    side = _side(wide / geometry.resolution)
     mean = _mean_under(blocks(good, size, 0.0).mean(axis=(1, 3)), side)
     with np.errstate(divide="ignore"):
         costs = np.maximum(np.where(mean >= settings.worst, 1.0 / mean, math.inf), 1.0)
     heights = blocks(dem.heights.astype(np.float64), size, math.nan)
     costs[_rise_under(heights, side) > settings.highest] = math.inf
     costs[marked_off(geometry, settings)] = math.inf
-    provenance = Provenance({"dem": dem.digest, "robot": robot.digest}, settings)
+    provenance = Provenance({"dem": dem.digest, "robot": robot}, settings)
     return CostGrid(costs, geometry, provenance)
 
 

@@ -3,6 +3,7 @@
 import math
 from collections.abc import Callable
 from dataclasses import replace
+from typing import NamedTuple, Protocol
 
 import numpy as np
 from numpy.typing import NDArray
@@ -63,18 +64,72 @@ def plan_route(
         The answer; where there is no way it says why.
 
     Raises:
-        InvalidInput: goal or settings make no sense, the state is of another robot, the robot is one that others
-            described or has no posture "stand", or feasible traversability is asked for a robot that does not have six
-            legs evenly around.
+        InvalidInput: goal or settings make no sense, the state is of another robot, the robot has no posture "stand",
+            or feasible traversability is asked for a robot that does not have six legs evenly around.
         Cancelled: ``progress`` raised it.
     """
-    if isinstance(robot, LeggedRobot):
-        known = ", ".join(robot.postures) or "none"
-        raise InvalidInput(
-            f"routes are planned for ATHLETE's legs alone, not for {robot.name} (its postures: {known}); "
-            "plan_walk takes it to a goal in a straight line"
-        )
     settings = settings or RouteSettings()
+
+    def ground(progress: Progress) -> RouteGround:
+        return _ground(robot, dem, settings, progress, look, fit)
+
+    return cheapest_route(robot, dem, state, goal, settings, ground, progress)
+
+
+class RouteGround(NamedTuple):
+    """What routes are looked for on. why: what forbids a place x, y [m], in words. by_heading: where headings cost."""
+
+    grid: CostGrid
+    why: Callable[[tuple[float, float]], str]
+    by_heading: FeasibleGround | None = None
+
+
+class Standing(Protocol):
+    """How a robot stands: what a route begins from."""
+
+    @property
+    def robot(self) -> str:
+        """Its name."""
+        ...
+
+    @property
+    def T_site_base(self) -> NDArray[np.float64]:
+        """Pose of the chassis, (4, 4)."""
+        ...
+
+    @property
+    def digest(self) -> str:
+        """Of the state."""
+        ...
+
+
+def cheapest_route(
+    robot: Robot | LeggedRobot,
+    dem: Dem,
+    state: Standing,
+    goal: tuple[float, float],
+    settings: RouteSettings,
+    costs: Callable[[Progress], RouteGround],
+    progress: Progress = no_progress,
+) -> RouteResult:
+    """The cheapest way over ground whose costs are asked for once start and goal are found to make sense.
+
+    Args:
+        robot: who is to go.
+        dem: the ground, in site.
+        state: how the robot stands at first.
+        goal: where the chassis is to be, (x, y) in site [m].
+        settings: what the way costs and must not cross.
+        costs: makes the costs.
+        progress: called with a fraction 0…1 and a text; may raise Cancelled.
+
+    Returns:
+        The answer; where there is no way it says why.
+
+    Raises:
+        InvalidInput: goal or settings make no sense, or the state is of another robot.
+        Cancelled: ``progress`` raised it.
+    """
     if not isinstance(settings, RouteSettings):
         raise InvalidInput("a route takes RouteSettings")
     if len(goal) != 2 or not np.isfinite(goal).all():
@@ -98,7 +153,7 @@ def plan_route(
     if not np.isfinite(height_at(dem, *there)):
         reason = f"the ground at the goal ({there[0]:g}, {there[1]:g}) is unknown; take images that show it"
         return no(Status.UNKNOWN_GROUND, reason)
-    grid, why, ground = _costs(robot, dem, settings, part(progress, 0.0, 0.5), look, fit)
+    grid, why, ground = costs(part(progress, 0.0, 0.5))
     free = np.isfinite(grid.costs)
     if not free.any():
         return no(Status.NO_PATH, f"no ground of the map is good enough to walk on; {_TRY}")
@@ -170,16 +225,28 @@ def costs_along(ground: FeasibleGround, cells: NDArray[np.int64]) -> NDArray[np.
 _TRY = "take images of what is not known, allow worse ground, or choose another goal"
 
 
-def _costs(
+def _ground(
     robot: Robot, dem: Dem, settings: RouteSettings, progress: Progress, look: LookForFootfalls, fit: FitPlanes
-) -> tuple[CostGrid, Callable[[tuple[float, float]], str], FeasibleGround | None]:
-    """The grid that routes are looked for on, what forbids a place x, y [m] of it in words, and costs by heading."""
+) -> RouteGround:
     if settings.cost != "feasible":
-        costs = cost_grid(robot, dem, settings, progress, fit)
-        return costs, lambda place: _why(dem, settings, costs, place), None
+        return of_goodness(cost_grid(robot, dem, settings, progress, fit), dem, settings)
     found = look(robot, dem, settings, progress)
     grid = feasible_cost_grid(found)
-    return grid, lambda place: FORBIDDEN[int(found.forbidden[_cell(grid, place)])], found
+    return RouteGround(grid, lambda place: FORBIDDEN[int(found.forbidden[_cell(grid, place)])], found)
+
+
+def of_goodness(grid: CostGrid, dem: Dem, settings: RouteSettings) -> RouteGround:
+    """Ground whose costs are those of its goodness.
+
+    Args:
+        grid: the costs.
+        dem: the ground, in site.
+        settings: what the way costs and must not cross.
+
+    Returns:
+        The costs with what forbids a place, in words.
+    """
+    return RouteGround(grid, lambda place: _why(dem, settings, grid, place))
 
 
 def _why(dem: Dem, settings: RouteSettings, grid: CostGrid, place: tuple[float, float]) -> str:

@@ -1,6 +1,6 @@
 """One route: what is asked, with which settings, and what comes back. A *route* is a path without footfalls."""
 
-from dataclasses import field
+from dataclasses import field, replace
 
 import numpy as np
 from numpy.typing import NDArray
@@ -101,6 +101,24 @@ class RouteSettings(Value):
             )
         if self.resolution > COARSEST:
             raise InvalidInput(f"the cells of a route are at most {COARSEST:g} m", resolution=self.resolution)
+
+
+ATHLETES_LEG = 2.33
+"""Length of the leg that settings as delivered are made for [m]."""
+
+
+def settings_by_leg(longest: float) -> RouteSettings:
+    """Settings as delivered for a robot that others described: to its leg what ATHLETE's are to ATHLETE's.
+
+    Args:
+        longest: length of its longest leg [m].
+
+    Returns:
+        The settings.
+    """
+    size, own = longest / ATHLETES_LEG, RouteSettings()
+    lengths = {name: size * getattr(own.maps, name) for name in ("window", "roughness_limit", "step_limit")}
+    return replace(own, resolution=size * own.resolution, highest=size * own.highest, maps=replace(own.maps, **lengths))
 
 
 @value

@@ -5,7 +5,7 @@ from collections.abc import Sequence
 import numpy as np
 from numpy.typing import NDArray
 
-from footfall.robot.legged.legged_model import LegChain
+from footfall.robot.legged.legged_model import LegChain, LeggedModel
 from footfall.robot.legged.tree import RobotTree
 
 ALIKE = 0.1
@@ -31,6 +31,11 @@ def part_lengths(tree: RobotTree, leg: LegChain) -> NDArray[np.float64]:
     T_root_foot = Ts_root_link[leg.foot]
     places.append(T_root_foot[:3, :3] @ leg.sole.center + T_root_foot[:3, 3])
     return np.linalg.norm(np.diff(places, axis=0), axis=1)
+
+
+def longest_leg(model: LeggedModel) -> float:
+    """The sum of those of the longest leg [m]."""
+    return max(float(part_lengths(model.tree, leg).sum()) for leg in model.legs)
 
 
 def leg_mass(tree: RobotTree, leg: LegChain) -> float:

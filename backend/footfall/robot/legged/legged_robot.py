@@ -16,7 +16,7 @@ from footfall.core.errors import InvalidInput, InvalidRobot, NotFound
 from footfall.core.frames import apply, inverse
 from footfall.core.mesh import Mesh
 from footfall.robot.description import CameraPairSpec
-from footfall.robot.legged.groups import part_lengths
+from footfall.robot.legged.groups import longest_leg
 from footfall.robot.legged.legged_model import DescribedRobot, LegChain, LeggedModel
 from footfall.robot.legged.tree import TreeJoint, TreeLink
 from footfall.robot.limb.by_structure import solver_of
@@ -68,7 +68,7 @@ class LeggedRobot:
         self.stiffness = np.array([one.stiffness if one.stiffness > 0 else np.inf for one in joints])
         self.axes = np.array([joint.axis for joint in joints])
         self.radii = np.array([leg.sole.radius for leg in model.legs])
-        self.length = max(float(part_lengths(tree, leg).sum()) for leg in model.legs)
+        self.length = longest_leg(model)
         own = dict.fromkeys(CLEARANCES, CLEARANCE_SHARE * self.length)
         self.clearances = own | dict(clearances or {})
         self.postures = {name: self._posture(name, posture) for name, posture in (postures or {}).items()}

@@ -37,11 +37,13 @@ def step(parents: Mapping[str, Any], settings: DescribedStepRequest, progress: P
 
 
 def walk(parents: Mapping[str, Any], settings: DescribedWalkRequest, progress: Progress) -> Value:
-    """robot, dem, state; DescribedWalkRequest → LeggedResult."""
+    """robot, dem, state, the route where it goes along one; DescribedWalkRequest → LeggedResult."""
     from footfall.planning.legged.walk import plan_walk
 
     robot, ground, start = from_feet(parents)
-    return on_map(plan_walk(robot, ground, start, settings.goal, settings.settings, progress), ground, parents)
+    along = parents["route"].plan if "route" in parents else None
+    found = plan_walk(robot, ground, start, settings.goal, settings.settings, progress, along)
+    return on_map(found, ground, parents)
 
 
 def from_feet(parents: Mapping[str, Any]) -> "tuple[LeggedRobot, Dem, LeggedState]":

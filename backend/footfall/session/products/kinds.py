@@ -272,6 +272,7 @@ ROUTE = entered(
         says_status=True,
         looks_at=LooksAt.WAY,
         of_chassis=True,
+        for_described=True,
     )
 )
 DESCRIBED_MAPS = entered(

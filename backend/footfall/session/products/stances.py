@@ -1,5 +1,6 @@
 """How the rover stands for planning, and where its chassis could: what-ifs, shifts for a footfall, moves."""
 
+from collections.abc import Mapping
 from dataclasses import replace
 from typing import Any
 
@@ -36,16 +37,24 @@ class Stances:
     def __init__(self, core: SessionCore, choices: PageChoices, rover: LinkedRover, fits: UpToDate) -> None:
         self._core, self._choices, self._rover, self._fits = core, choices, rover, fits
 
-    def ask(self, kind: Kind, request: Value | None, *, urgent: bool = False, **about: Any) -> Job:
+    def ask(
+        self,
+        kind: Kind,
+        request: Value | None,
+        *,
+        urgent: bool = False,
+        also: Mapping[str, str] | None = None,
+        **about: Any,
+    ) -> Job:
         """Have any kind made whose parents are robot, terrain and stance: ``kind`` says from which stance it counts.
 
-        urgent: before what waits. about: further members of its event. Raises Conflict without terrain and state,
-        InvalidInput for a kind with other parents, or the request of another.
+        urgent: before what waits. also: further parents. about: further members of its event. Raises Conflict without
+        terrain and state, InvalidInput for a kind with other parents, or the request of another.
         """
         if kind.needs != GROUND:
             raise InvalidInput(f"{kind.name} is made of {', '.join(kind.needs)}, which it has to be given")
         parents = self.standing_now() if kind.from_the_rover else self.ground()
-        return self._core.product_jobs.submit(kind, parents, request, urgent=urgent, **about)
+        return self._core.product_jobs.submit(kind, {**parents, **(also or {})}, request, urgent=urgent, **about)
 
     def what_if(self, shift: BodyShift) -> str:
         """Plan from where the rover would stand after a shift of its chassis over its feet; returns the state's digest.

@@ -3,7 +3,7 @@
 from dataclasses import replace
 
 from footfall.core.errors import Conflict
-from footfall.robot.legged.groups import part_lengths
+from footfall.robot.legged.groups import longest_leg
 from footfall.session.core import SessionCore, present
 from footfall.session.jobs.job import Job
 from footfall.session.products.kinds import BLEND, CLEAR, PHOTOGRAPHS, TERRAIN
@@ -38,8 +38,8 @@ class Terrains:
         settings, about = TerrainSettings(), self._core.described
         if about is None:
             return settings
-        longest = max(float(part_lengths(about.model.tree, leg).sum()) for leg in about.model.legs)
-        return replace(settings, min_range=min(max(NEAREST * longest, LEAST_RANGE), settings.min_range))
+        nearest = max(NEAREST * longest_leg(about.model), LEAST_RANGE)
+        return replace(settings, min_range=min(nearest, settings.min_range))
 
     def build(self, settings: TerrainSettings | None = None) -> Job:
         """Rebuild the ground from the latest snapshot and merge it into the map; without settings, as delivered.
