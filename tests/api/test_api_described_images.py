@@ -71,6 +71,25 @@ def sent(rest, plan: str) -> dict:
     return commands
 
 
+def foot_is_drawn(rest, session, step: dict) -> None:
+    """The way of a planned step's foot lies in the images where its camera has the foot."""
+    plan, robot, drawn = step["plan"], session.any_robot, 0
+    phases, legs = [*plan["phases"], ""], [*plan["legs"], -1]
+    at = [k for k in range(len(plan["legs"])) if phases[k + 1] != phases[k] and MOVED in (legs[k], legs[k + 1])]
+    ends = [apply(np.array(plan["Ts_site_base"][k]), placed(robot, plan["waypoints"][k]).soles[MOVED]) for k in at]
+    for pair in session.typed(Snapshot, session.state.snapshot).pairs:
+        overlay = rest.get(f"{SESSION}/images/{pair.name}/left/overlay").json()
+        assert overlay["plan"] == step["digest"]
+        assert {one["phase"] for one in overlay["path"]} <= {"lift", "swing", "lower"}
+        camera = pair.camera_left
+        x, y, depth = apply(np.linalg.inv(pair.T_site_base @ camera.T_base_camera), np.array(ends)).T
+        pixels = np.column_stack([camera.fx * x / depth + camera.cx, camera.fy * y / depth + camera.cy])[depth > 0]
+        for point in overlay["waypoints"]:
+            assert np.linalg.norm(pixels - point, axis=1).min() <= 0.1
+            drawn += 1
+    assert drawn >= 3
+
+
 def test_it_walks_over_ground_that_it_saw_itself(server, robot):
     with server.client() as rest:
         names = [pair.name for pair in robot.description.cameras]
@@ -116,6 +135,7 @@ def test_it_walks_over_ground_that_it_saw_itself(server, robot):
         answer = result(rest, finished(rest, rest.post(f"{SESSION}/described-steps", json=order)))
         assert answer["status"] == "found", answer["reason"]
         assert answer["provenance"]["parents"]["terrain"] == terrain
+        foot_is_drawn(rest, session, answer)
         commands = sent(rest, answer["digest"])
         carried_out(rest, len(commands["commands"]))
         told = until(

@@ -13,10 +13,12 @@ from footfall.api.routing import Routes
 from footfall.core import frames
 from footfall.core.arrays import Array
 from footfall.core.errors import InvalidInput
+from footfall.planning.legged.problem import LeggedResult
 from footfall.planning.step.problem import PlanResult
 from footfall.session.answers.notes import DigestText
 from footfall.session.live import LiveSession
 from footfall.session.products.image_views import ImageViews
+from footfall.session.products.kinds import DESCRIBED_STEP, PLAN
 from footfall.telemetry.images import Camera, ImagePair, Snapshot
 from footfall.telemetry.projection import in_image, sight
 from footfall.terrain.dem import Dem
@@ -40,7 +42,7 @@ class ImagePoint(TypedDict):
 
 
 class Stretch(TypedDict):
-    """Part of the planned way of the wheel's centre."""
+    """Part of the planned way of the centre of wheel or sole."""
 
     phase: str
     line: Polyline
@@ -63,8 +65,9 @@ class FootfallInImage(TypedDict):
 class OverlayAnswer(TypedDict):
     """What is to be seen of plan, footfall and grid in one image; what nearer ground hides is left out.
 
-    path: the wheel's way in the present plan. waypoints, through: pixels (n, 2) of the plan's waypoints, and of the
-    points that it was led through. grid: lines on the ground every ``spacing`` [m], but where the rover is before them.
+    path: the way of wheel or sole in the present plan of a step. waypoints, through: pixels (n, 2) of the plan's
+    waypoints (of a robot that others described, of the ends of its phases), and of the points that it was led through.
+    grid: lines on the ground every ``spacing`` [m], but where the rover is before them.
     """
 
     snapshot: DigestText
@@ -134,6 +137,7 @@ def overlay(
     snapshot, found = pair_of(live, of, pair)
     camera = _camera(found, side)
     state = live.state
+    planned = state.newest(PLAN if live.described is None else DESCRIBED_STEP)
     answer: OverlayAnswer = {
         "snapshot": snapshot.digest,
         "pair": pair,
@@ -141,7 +145,7 @@ def overlay(
         "width": camera.width,
         "height": camera.height,
         "dem": state.dem,
-        "plan": state.plan,
+        "plan": planned,
         "path": [],
         "waypoints": np.zeros((0, 2)),
         "through": np.zeros((0, 2)),
@@ -155,23 +159,21 @@ def overlay(
     T = _pose(found, camera, dem)
     covered = views.silhouette(live, snapshot, camera)
     answer["grid"] = _rounded(seen_lines(dem, camera, T, draped_grid(dem, T[:2, 3], REACH, spacing), covered))
-    if state.plan is not None:
-        answer.update(_planned(live, state.plan, dem, camera, T))
+    if planned is not None:
+        answer.update(_planned(live, planned, dem, camera, T))
     answer["footfall"] = _footfall(live, views, snapshot, found, side, dem)
     return answer
 
 
 def _planned(live: LiveSession, digest: str, dem: Dem, camera: Camera, T: NDArray[np.float64]) -> Any:
-    from footfall.planning.step.wheel_way import wheel_way
     from footfall.terrain.ground.image_lines import seen, seen_lines
 
-    result = product(live, digest, PlanResult)
-    if result.plan is None:
+    way, through = _way(live, digest)
+    if not way:
         return {}
-    way = wheel_way(live.robot, result.plan)
     corners = np.array([way[0][1][0], *(points[-1] for _, points in way)])
     pixels, visible = seen(dem, camera, T, corners)
-    led, led_visible = seen(dem, camera, T, np.array(result.through, float).reshape(-1, 3))
+    led, led_visible = seen(dem, camera, T, through)
     return {
         "path": [
             {"phase": phase, "line": line}
@@ -181,6 +183,21 @@ def _planned(live: LiveSession, digest: str, dem: Dem, camera: Camera, T: NDArra
         "waypoints": np.round(pixels[visible], 1),
         "through": np.round(led[led_visible], 1),
     }
+
+
+def _way(live: LiveSession, digest: str) -> tuple[list[tuple[str, Array]], Array]:
+    """Phases of a plan with points (n, 3) of the foot's centre, and the points (n, 3) that it was led through [m]."""
+    from footfall.planning.legged.sole_way import sole_way
+    from footfall.planning.step.wheel_way import wheel_way
+    from footfall.robot.legged.legged_robot import LeggedRobot
+
+    robot, none = live.any_robot, np.zeros((0, 3))
+    if isinstance(robot, LeggedRobot):
+        found = product(live, digest, LeggedResult)
+        return ([] if found.plan is None else _joined(sole_way(robot, found.plan))), none
+    result = product(live, digest, PlanResult)
+    way = [] if result.plan is None else wheel_way(robot, result.plan)
+    return way, np.array(result.through, float).reshape(-1, 3)
 
 
 def _joined(way: list[tuple[str, NDArray[np.float64]]]) -> list[tuple[str, NDArray[np.float64]]]:
