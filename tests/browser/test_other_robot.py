@@ -209,7 +209,9 @@ def test_a_route_is_planned_and_the_walk_goes_along_it(other: Page, robot_served
     expect(other.locator("#toast")).to_contain_text("The route leads to another goal")
     assert held(robot_served)["described_walk"] == digest
     other.locator("#walk-along").uncheck()
-    other.locator("#walk-ahead").fill("0.05")
+    other.locator("#walk-ahead").fill("0.2")
     made(robot_served, "described_walk", lambda: other.locator("#plan-walk").click())
     straight = held(robot_served, f"{SESSION}/described-walks/{held(robot_served)['described_walk']}")
     assert "route" not in straight["provenance"]["parents"]
+    assert len(straight["plan"]["moves"]) > len(walk["plan"]["moves"])
+    expect(other.locator("#walk-answer ol li")).to_have_count(len(straight["plan"]["moves"]))

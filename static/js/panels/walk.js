@@ -133,9 +133,9 @@ function press(event) {
 }
 
 function markMoved() {
-  for (const [number, item] of [...$("walk-answer").querySelectorAll("ol > li")].entries()) {
+  for (const [number, told] of [...$("walk-answer").querySelectorAll("[data-moved]")].entries()) {
     const move = moves.find((one) => one.number === number);
-    item.querySelector("[data-moved]").textContent = move ? texts.movedTo(move.to) : "";
+    told.textContent = move ? texts.movedTo(move.to) : "";
   }
 }
 
