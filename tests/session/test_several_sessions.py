@@ -2,6 +2,7 @@
 
 import json
 import threading
+from itertools import count
 from types import SimpleNamespace
 
 import pytest
@@ -11,11 +12,13 @@ from footfall.session import folded_log, registry
 from footfall.session.access.acting import acting
 from footfall.session.access.identity import LOCAL, Identity, Role
 from footfall.session.clock import ClockWatch
+from footfall.session.gate_notices import AGAIN_AFTER
 from footfall.session.jobs.local import InlineJobs
 from footfall.session.registry import Sessions
 from footfall.session.storage.head import HELD, HeadFile
 from footfall.session.storage.store import SessionStore
-from tests.support.waiting import BOUND
+from footfall.telemetry.link import HelloMessage
+from tests.support.waiting import BOUND, a_while, until
 
 MARY = Identity("mary", Role.COMMANDER, "10.0.0.1", "page-a")
 JOHN = Identity("john", Role.COMMANDER, "10.0.0.2", "page-b")
@@ -258,3 +261,43 @@ def test_a_stop_reaches_the_session_that_took_the_rover_over_meanwhile(sessions,
 def test_there_is_nothing_to_stop_without_a_session(sessions):
     with pytest.raises(Conflict, match="no session is open"):
         sessions.stop()
+
+
+@pytest.mark.parametrize(
+    ("heard", "then", "told"),
+    [
+        pytest.param(0, "", True, id="of nothing later"),
+        pytest.param(1, "", False, id="of another ground, which may have stopped it"),
+        pytest.param(0, "armed", False, id="of nothing later, and it was idle since"),
+    ],
+)
+def test_a_clearing_that_died_with_the_server_is_told_by_the_next(anew, frame_of, heard, then, told):
+    with anew() as sessions:
+        live = sessions.create("first")
+        name, first = live.robot.name, live.id
+        live.rover.connected(lambda text: None, HelloMessage(name, 6, id="before"))
+        live.commands.stop("danger")
+        live.rover.take_stop_acknowledgement()
+        live.commands.clear_stop()
+        epoch = live.rover.epoch
+        if then:
+            live.folded_log.record("armed", {"sequence": "", "conn": 1, "by": None})
+    with anew() as sessions:
+        live, texts = sessions.open(first), []
+        hello = HelloMessage(name, 6, id="after", epoch=epoch + heard)
+        live.rover.connected(lambda text: texts.append(json.loads(text)), hello)
+        live.rover.take_epoch("after", live.rover.epoch)
+        number = count(1)
+
+        def cleared() -> bool:
+            """Whether it was told, after one more frame that says that it is stopped."""
+            frame = next(number)
+            live.rover.take_telemetry(frame_of(frame, time=0.1 * frame, mode="stopped"))
+            return any(one["type"] == "clear_stop" for one in texts)
+
+        if told:
+            until(cleared, "the clearing")
+        for _ in range(0 if told else 30):
+            a_while(AGAIN_AFTER / 10)
+            assert not cleared()
+        assert not live.commands.gate["stopped"]

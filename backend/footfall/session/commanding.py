@@ -248,11 +248,14 @@ class Commanding:
     # -- the link ------------------------------------------------------------------------------
 
     def connected(self, hello: HelloMessage | None = None) -> int:
-        """A rover came (back): it hears of a stop that it may have missed, and is asked what became of commands.
+        """A rover came (back): it hears of what it may have missed of stops, and is asked what became of commands.
 
         hello: what it said of itself, None where it can't be told of epochs. Returns the epoch that begins with it.
         """
-        if self._tell.rover_came(hello) or hello is not None:
+        # a rover that has heard of no later epoch was stopped by nobody else since
+        known = self._state()
+        untold = known.stop.untold and hello is not None and (hello.epoch or 0) <= known.epoch
+        if self._tell.rover_came(hello, untold) or hello is not None:
             self._start_watch()
         epoch = self.gate.epoch
         self._ask()

@@ -37,8 +37,10 @@ class GateNotices:
         self._stop_at = self._epoch_at = 0.0
         self._clear_at: float | None = None
 
-    def rover_came(self, hello: HelloMessage | None) -> bool:
+    def rover_came(self, hello: HelloMessage | None, untold: bool = False) -> bool:
         """Another epoch begins for it. Whether a stop is in force. hello: None: it is not told of epochs.
+
+        untold: the latest stop was cleared, perhaps without its knowing: where it says that it is stopped, it is told.
 
         The time of day makes the epoch later than those of other sessions, also where neither the rover nor this
         session knows of them.
@@ -50,6 +52,7 @@ class GateNotices:
             self.stop()
         else:
             self.epoch()
+            self._clear_at = self._clock() if untold else self._clear_at
         return stopped
 
     def epoch_heard(self, about: str, epoch: int) -> bool:

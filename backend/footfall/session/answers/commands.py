@@ -216,7 +216,7 @@ class LinkAnswer(TypedDict):
 
 class StopAnswer(TypedDict):
     """The stop. number: of the latest, counted up for ever; heard, cleared: up to which one the rover said that it
-    stands, and up to which they were cleared.
+    stands, and up to which they were cleared; untold: perhaps the rover does not know yet that it was cleared.
     """
 
     latched: bool
@@ -226,6 +226,7 @@ class StopAnswer(TypedDict):
     number: int
     heard: int
     cleared: int
+    untold: bool
 
 
 class CommandAnswer(TypedDict):

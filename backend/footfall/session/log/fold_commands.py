@@ -42,7 +42,7 @@ class StopRecord(Value):
 
     number: of the latest stop, which counts up for ever; heard, cleared: up to which one the rover on the link said
     that it stands, and up to which one they were cleared. What is in force goes by them: the record of a stop may come
-    after those of what answers it.
+    after those of what answers it. untold: it was cleared, and nothing since shows that the rover was told of that.
     """
 
     latched: bool = False
@@ -52,6 +52,7 @@ class StopRecord(Value):
     number: int = field(default=0, metadata=LATER)
     heard: int = field(default=0, metadata=LATER)
     cleared: int = field(default=0, metadata=LATER)
+    untold: bool = field(default=False, metadata=LATER)
 
 
 @value
@@ -223,8 +224,13 @@ def _stop_acknowledged(state: Commanded, event: Event, payload: Payload) -> Chan
 
 def _stop_cleared(state: Commanded, event: Event, payload: Payload) -> Changes:
     stop, number = state.stop, _number_of_stop(payload, state.stop.number)
-    still = stop if number < stop.number else StopRecord(number=stop.number, heard=stop.heard)
+    still = stop if number < stop.number else StopRecord(number=stop.number, heard=stop.heard, untold=True)
     return {"stop": replace(still, cleared=max(stop.cleared, number))}
+
+
+def _armed(state: Commanded, event: Event, payload: Payload) -> Changes:
+    # the rover said that it is idle, or it would have been refused
+    return {"stop": replace(state.stop, untold=False)} if state.stop.untold else {}
 
 
 def _number_of_stop(payload: Payload, otherwise: int) -> int:
@@ -271,7 +277,7 @@ _CHANGES: Mapping[str, Change] = {
     "conn_changed": _conn_changed,
     "act_refused": _nothing,
     "epoch_begun": _nothing,
-    "armed": _nothing,
+    "armed": _armed,
     "run_started": _run_started,
     "run_held": _run_held,
     "run_resumed": _run_resumed,
