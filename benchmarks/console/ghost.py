@@ -1,7 +1,8 @@
 """From the request of a step to its ghost: a real server, worker processes, requests over HTTP.
 
 The time of a step is from the request until its ghost is handed to the scene: planning in a worker, storing and logging
-the product, telling the scene, and the drawing thread's way to the ghost. No browser is connected. Wall-clock times.
+the product, telling the scene, and the drawing thread's way to the ghost. The page that looks is no browser: it throws
+away what it hears. Wall-clock times.
 """
 
 import threading
@@ -16,6 +17,7 @@ import httpx
 import numpy as np
 
 import footfall
+from benchmarks.console.scene_line import looking
 from benchmarks.scenes import robot
 from benchmarks.step import targets
 from benchmarks.timing import Figure
@@ -28,6 +30,7 @@ from footfall_ui.listening import address_of, listen
 from footfall_ui.scene.ghost import GhostDrawing
 
 SESSION = "/sessions/current"
+PAGE = "ghosts"
 WARMING = 15.0
 """How long the operator does something else first [s]; the workers load their compiled code meanwhile."""
 
@@ -51,7 +54,9 @@ def console() -> Iterator[httpx.Client]:
         try:
             if not ready.wait(60):
                 raise RuntimeError("the server did not start within 60 s")
-            with httpx.Client(base_url=f"{address_of(listening)}/api/v1", timeout=60, trust_env=False) as client:
+            url = address_of(listening)
+            known = {"base_url": f"{url}/api/v1", "headers": {"FootFall-Page": PAGE}}
+            with looking(url, PAGE), httpx.Client(**known, timeout=60, trust_env=False) as client:
                 yield client
         finally:
             server.should_exit = True

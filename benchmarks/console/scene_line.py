@@ -88,10 +88,17 @@ class Switching:
 
 
 @contextmanager
-def switching(served: Apart, client: httpx.Client) -> Iterator[Switching]:
-    """A page of that server, for a client of it."""
-    line, origin = served.line(f"/scene?page={PAGE}"), Origin(served.url)
+def looking(url: str, page: str) -> Iterator[Overheard]:
+    """A page of the server at ``url`` that looks at its scene: without one nothing is drawn."""
+    line, origin = f"ws{url.removeprefix('http')}/scene?page={page}", Origin(url)
     with connect(line, subprotocols=[PROTOCOL], proxy=None, max_size=None, origin=origin) as socket:
         heard = Overheard(socket)
         socket.send(msgspec.msgpack.encode(CAMERA.as_serializable_dict()))
+        yield heard
+
+
+@contextmanager
+def switching(served: Apart, client: httpx.Client) -> Iterator[Switching]:
+    """A page of that server, for a client of it."""
+    with looking(served.url, PAGE) as heard:
         yield Switching(client, heard)
