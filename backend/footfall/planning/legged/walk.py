@@ -187,13 +187,13 @@ def plan_walk(
     settings, began = settings or LeggedSettings(), time.monotonic()
     ground = Ground(robot, dem, settings)
     between = None if route is None else between_ends(route, state, goal, STRAY * robot.length)
-    result = of_measured(_plan(ground, begun(ground, state), goal, progress, between), state)
+    result = _along(of_measured(_plan(ground, begun(ground, state), goal, progress, between), state), route)
     left = settings.time_limit - (time.monotonic() - began)
     if result.status is not Status.NO_PATH or settings.least_margin <= THIN or left <= 0:
-        return _along(result, route)
+        return result
     thin = Ground(robot, dem, replace(settings, least_margin=THIN, time_limit=left))
     other = _plan(thin, begun(thin, state), goal, progress, between)
-    return _along(_with_thin_margin(result, settings, robot.length, other.status), route)
+    return _with_thin_margin(result, settings, robot.length, other.status)
 
 
 def _with_thin_margin(result: LeggedResult, settings: LeggedSettings, length: float, thin: Status) -> LeggedResult:

@@ -209,15 +209,17 @@ def gait(parents: Mapping[str, Any], settings: GaitRequest, progress: Progress) 
 
 def route(parents: Mapping[str, Any], settings: RouteRequest, progress: Progress) -> Value:
     """robot, dem, state; RouteRequest → RouteResult."""
-    from footfall.planning.legged.route_to import plan_route as plan_legged_route
-    from footfall.planning.route.plan import plan_route
     from footfall.robot.legged.legged_robot import LeggedRobot
     from footfall.session.jobs.latest_ground import LATEST_GROUND
 
     robot, dem, state = (parents[name] for name in ("robot", "dem", "state"))
     look, fit = LATEST_GROUND.look, LATEST_GROUND.fit
     if isinstance(robot, LeggedRobot):
+        from footfall.planning.legged.route_to import plan_route as plan_legged_route
+
         return plan_legged_route(robot, dem, state, settings.goal, settings.settings, progress, fit)
+    from footfall.planning.route.plan import plan_route
+
     return plan_route(robot, dem, state, settings.goal, settings.settings, progress, look, fit)
 
 
