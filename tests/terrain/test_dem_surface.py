@@ -9,6 +9,7 @@ from hypothesis import strategies as st
 from footfall.core.errors import InvalidInput
 from footfall.terrain.from_arrays import from_heights
 from footfall.terrain.generate import plane, slope
+from footfall.terrain.ground.normal_kernel import added
 from footfall.terrain.ground.surface import height_at, normal_at, pick
 from footfall.terrain.ground.triangulate import crop, triangulate
 
@@ -200,6 +201,30 @@ def test_normal_is_a_least_squares_plane():
     (_, a, b), *_ = np.linalg.lstsq(np.column_stack([np.ones_like(dx), dx, dy]), z, rcond=None)
     expected = np.array([-a, -b, 1.0]) / np.linalg.norm([a, b, 1.0])
     np.testing.assert_allclose(normal_at(dem, x, y, radius), expected, atol=1e-9)
+
+
+@given(st.integers(0, 10_000), st.floats(0.0, 0.5))
+def test_normals_of_many_places_are_least_squares_planes_of_what_is_known(seed, holes):
+    dem, radius = rough(seed, holes=holes, resolution=0.05, rows=20, cols=20, x0=0.0, y0=0.0), 0.13
+    x, y = np.random.default_rng(seed).uniform(-0.1, 1.05, (2, 6))
+    offset = np.arange(-4, 5) * (radius / 4)
+    dx, dy = (a.ravel() for a in np.meshgrid(offset, offset))
+    near = np.hypot(dx, dy) <= radius + 1e-9
+    for one_x, one_y, normal in zip(x, y, normal_at(dem, x, y, radius), strict=True):
+        z = height_at(dem, one_x + dx[near], one_y + dy[near])
+        known = np.isfinite(z)
+        if known.mean() < 0.5:
+            assert np.isnan(normal).all()
+        elif np.isfinite(normal).all():
+            columns = np.column_stack([np.ones(known.sum()), dx[near][known], dy[near][known]])
+            (_, a, b), *_ = np.linalg.lstsq(columns, z[known], rcond=None)
+            np.testing.assert_allclose(normal, np.array([-a, -b, 1.0]) / np.linalg.norm([a, b, 1.0]), atol=1e-8)
+
+
+@given(st.integers(0, 1500), st.integers(0, 10_000))
+def test_sums_are_those_of_numpy_to_the_bit(count, seed):
+    values = np.random.default_rng(seed).normal(size=count)
+    assert added(values) == values.sum()
 
 
 def test_normal_is_unknown_where_little_is_known():

@@ -13,8 +13,7 @@ from footfall.core.arrays import Array
 from footfall.core.errors import InvalidInput
 from footfall.terrain.dem import Dem
 from footfall.terrain.ground.height_kernel import EDGE, heights_at
-
-_SAMPLES_AT_ONCE = 2_000_000
+from footfall.terrain.ground.normal_kernel import normals_of_discs
 
 
 def height_at(dem: Dem, x: ArrayLike, y: ArrayLike) -> Array:
@@ -56,15 +55,9 @@ def normal_at(dem: Dem, x: ArrayLike, y: ArrayLike, radius: float) -> Array:
     if not 0 < radius < np.inf:
         raise InvalidInput(f"a normal needs a positive radius [m], not {radius}")
     x, y = np.broadcast_arrays(np.asarray(x, float), np.asarray(y, float))
-    dx, dy = _disc(radius, dem.geometry.resolution)
-    flat_x, flat_y = x.ravel(), y.ravel()
-    normals = np.empty((len(flat_x), 3))
-    chunk = max(1, _SAMPLES_AT_ONCE // len(dx))
-    for start in range(0, len(flat_x), chunk):
-        part = slice(start, start + chunk)
-        z = height_at(dem, flat_x[part, None] + dx, flat_y[part, None] + dy)
-        normals[part] = _fitted_normals(dx, dy, z, radius)
-    return normals.reshape(*x.shape, 3)
+    grid = dem.geometry
+    corner, disc = (grid.x0, grid.y0, grid.resolution), _disc(float(radius), grid.resolution)
+    return normals_of_discs(dem.heights, corner, (x.ravel(), y.ravel()), disc, float(radius)).reshape(*x.shape, 3)
 
 
 @lru_cache(maxsize=16)
@@ -75,31 +68,6 @@ def _disc(radius: float, resolution: float) -> tuple[Array, Array]:
     dx, dy = np.tile(offset, len(offset)), np.repeat(offset, len(offset))
     in_disc = np.hypot(dx, dy) <= radius * (1 + 1e-9)
     return dx[in_disc], dy[in_disc]
-
-
-def _fitted_normals(dx: Array, dy: Array, z: Array, radius: float) -> Array:
-    """Normals (n, 3) of planes z = c + a·dx + b·dy fitted to rows of z (n, k), NaN left out."""
-    known = np.isfinite(z)
-    count, all_known = np.maximum(known.sum(axis=1), 1), bool(known.all())
-
-    def mean(values: Array) -> Array:
-        return (np.atleast_2d(values) if all_known else np.where(known, values, 0.0)).sum(axis=1) / count
-
-    # about the means, so that large heights cost no precision
-    px, py = dx - mean(dx)[:, None], dy - mean(dy)[:, None]
-    pz = z - mean(z)[:, None]
-    xx, xy, yy = mean(px * px), mean(px * py), mean(py * py)
-    xz, yz = mean(px * pz), mean(py * pz)
-    det = xx * yy - xy * xy
-    least_variance = 0.5 * (xx + yy) - np.sqrt(0.25 * (xx - yy) ** 2 + xy * xy)
-    # a full disc has variance radius² / 4 along every direction
-    good = (2 * known.sum(axis=1) >= known.shape[1]) & (least_variance > 0.1 * radius * radius / 4)
-    safe = np.where(good, det, 1.0)
-    a, b = (xz * yy - yz * xy) / safe, (yz * xx - xz * xy) / safe
-    normal = np.stack([-a, -b, np.ones_like(a)], axis=1)
-    normal /= np.linalg.norm(normal, axis=1, keepdims=True)
-    normal[~good] = np.nan
-    return normal
 
 
 def pick(dem: Dem, origin: ArrayLike, direction: ArrayLike) -> Array | None:
