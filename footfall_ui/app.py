@@ -12,9 +12,6 @@ from typing import Any
 
 import uvicorn
 from fastapi import FastAPI
-from starlette.middleware.gzip import GZipMiddleware
-from starlette.staticfiles import StaticFiles
-from starlette.types import Scope
 
 from footfall.api.assemble import assemble
 from footfall.api.auth.oidc import SignOn
@@ -35,6 +32,7 @@ from footfall.session.rover.recorded import recorded
 from footfall.telemetry.link import PATH
 from footfall.terrain.dem import Dem
 from footfall_ui.listening import Tls, address_of, allow_many_files, front_of, listen, require_safe
+from footfall_ui.page_files import PageFiles
 from footfall_ui.pools import pool_of
 from footfall_ui.proxy import SceneProxy
 from footfall_ui.rover_process import RoverProcess
@@ -42,21 +40,11 @@ from footfall_ui.scene_server import SceneServer
 from footfall_ui.sized_lines import SizedLines, sized_lines
 
 
-class _Page(StaticFiles):
-    """The operator's page. The browser asks each time whether a file is still the same."""
-
-    async def get_response(self, path: str, scope: Scope) -> Any:
-        answer = await super().get_response(path, scope)
-        answer.headers["Cache-Control"] = "no-cache"
-        return answer
-
-
 def create_app(
     sessions: Sessions,
     *,
     scene: bool = True,
     rover: RoverProcess | None = None,
-    static: Path | None = None,
     accounts: Accounts | None = None,
     front: Front = LOOPBACK,
     sign_on: SignOn | None = None,
@@ -65,7 +53,6 @@ def create_app(
 
     scene: draw one; where that fails, the app works without it and says why.
     rover: a simulated rover to report on; starting and closing it is the caller's as well.
-    static: folder of the page, by default the one that ships with FootFall.
     accounts: who may come in, the caller's to close; None: whoever reaches it may do everything.
     front: how it is reached. sign_on: the provider of an organisation's accounts; None: local accounts only.
     """
@@ -91,7 +78,7 @@ def create_app(
     app.router.lifespan_context = lifespan
     app.include_router(proxy.router)
     # the page alone: compressed, what the interface answers would tell of secrets in it by its size
-    app.mount("/", GZipMiddleware(_Page(directory=static or static_folder(), html=True), compresslevel=6), name="page")
+    app.mount("/", PageFiles(directory=static_folder(), html=True), name="page")
     return app
 
 

@@ -7,9 +7,12 @@ import zipfile
 import httpx
 import numpy as np
 import pytest
+from fastapi import FastAPI
 
 from footfall.api.bodies.jsonable import dumps, jsonable
 from footfall.io.image_files import decode_image
+from footfall_ui.page_files import PageFiles
+from tests.support.local import Local
 from tests.support.problems import problem
 from tests.support.server import running_server
 
@@ -71,6 +74,22 @@ def test_the_page_comes_compressed_and_whole(server, path):
     assert packed.num_bytes_downloaded < 0.5 * plain.num_bytes_downloaded
     again = get(**{"Accept-Encoding": "gzip", "If-None-Match": packed.headers["etag"]})
     assert (again.status_code, again.content) == (304, b"")
+
+
+def test_a_file_of_the_page_that_changes_is_read_anew(tmp_path):
+    app, packed = FastAPI(), {"headers": {"Accept-Encoding": "gzip"}}
+    app.mount("/", PageFiles(directory=tmp_path))
+    (tmp_path / "long.js").write_text("let first;\n" * 100)
+    (tmp_path / "short.js").write_text("let first;\n")
+    page = Local(app)
+    first = page.get("/long.js", **packed)
+    assert (first.text, first.headers["content-encoding"]) == ("let first;\n" * 100, "gzip")
+    assert first.headers["cache-control"] == "no-cache"
+    assert page.request("HEAD", "/long.js", **packed).headers["etag"] == first.headers["etag"]
+    (tmp_path / "long.js").write_text("let other;\n" * 100)
+    assert page.get("/long.js", **packed).text == "let other;\n" * 100
+    assert "content-encoding" not in page.get("/short.js", **packed).headers
+    assert page.get("/longer.js", **packed).status_code == 404
 
 
 def test_what_the_interface_answers_is_not_compressed(client):
