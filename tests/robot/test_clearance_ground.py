@@ -6,7 +6,7 @@ import pytest
 from footfall.core.errors import InvalidInput
 from footfall.core.grid import GridGeometry
 from footfall.robot.meshes.ground import surface_points
-from footfall.robot.proof.ground_tables import PER_METRE, ground_tables, needed_height
+from footfall.robot.proof.ground_tables import LAID, PER_METRE, START, ground_tables, lay_surface, needed_height
 from footfall.terrain.from_arrays import from_heights
 from footfall.terrain.ground.surface import height_at
 from footfall.terrain.ground.triangulate import triangulate
@@ -140,6 +140,20 @@ def test_misuse_is_refused():
     with pytest.raises(InvalidInput, match="too large"):
         ground_tables(np.zeros(wide.shape), wide, [0.1])
     assert ground_tables(np.zeros(wide.shape), wide, [0.1], around=(45.0, 45.0), within=2.0).cells.size < 1e6
+
+
+def test_the_surface_is_laid_for_drums_beside_what_balls_ask(rng):
+    dem = rough(rng, 25, 31, 0.05, 0.1)
+    tables = ground_tables(dem.heights, dem.geometry, [0.06, 0.2], around=(0.4, 0.6), within=0.3)
+    cut, start = tables.heights, int(tables.layout[-1, START])
+    assert not tables.cells[start:].any()
+    assert tables.layout[-1, LAID] == 0
+    points = rng.uniform((0.2, 0.4), (0.6, 0.8), (50, 2))
+    before = [needed(tables, k, points) for k in range(2)]
+    lay_surface(tables)
+    np.testing.assert_array_equal(tables.cells[start:].reshape(cut.shape), cut)
+    assert np.isin(cut[np.isfinite(cut)], dem.heights).all()
+    np.testing.assert_array_equal([needed(tables, k, points) for k in range(2)], before)
 
 
 @pytest.mark.parametrize("resolution", [0.1, 0.25, 2.0, 20.0])

@@ -8,6 +8,7 @@ import pytest
 
 from footfall.core.errors import InvalidInput
 from footfall.core.frames import rotation_rpy, transform
+from footfall.core.grid import GridGeometry
 from footfall.robot.description import PARTS, link_name, with_payload
 from footfall.robot.kinematics import leg_link_poses, link_poses
 from footfall.robot.meshes.bvh import PAYLOAD, TOUCHING_WHEEL, robot_meshes
@@ -25,6 +26,7 @@ from footfall.robot.proof.clearance import (
     wheel_drums,
 )
 from footfall.robot.proof.drum_kernel import HALF, MOST, RADIUS, REQUIRED
+from footfall.robot.proof.ground_tables import ground_tables
 from footfall.robot.proof.leg_clearance_kernel import NO_GROUND, RAISED_GROUND, TRUE_GROUND
 from footfall.robot.proof.shells import CENTER, FIRST, LAST, REACH
 from footfall.terrain.generate import plane
@@ -261,10 +263,14 @@ def test_certified_is_asked_over_the_raised_ground_unless_another_is_named(athle
     assert differ > 0
 
 
+def small_ground(*radii):
+    return ground_tables(np.zeros((2, 2)), GridGeometry(0.0, 0.0, 1.0, 2, 2), radii)
+
+
 @pytest.mark.parametrize("clearance", [0.0, EXTRA])
 def test_the_drum_of_each_ground_holds_its_wheel_and_keeps_its_distance(athlete, clearance):
     meshes, delta = robot_meshes(athlete.description), athlete.description.clearances.terrain["wheel"]
-    wide: Any = SimpleNamespace(radii=np.array([0.1, 9.0]))
+    wide = small_ground(0.1, 9.0)
     for mode, name, kept in ((TRUE_GROUND, TOUCHING_WHEEL, 0.0), (RAISED_GROUND, "wheel", delta + clearance)):
         row = wheel_drums(athlete.description, wide, clearance)[mode]
         away = np.abs(meshes[name].vertices - row[CENTER : CENTER + 3])
@@ -277,15 +283,14 @@ def test_the_drum_of_each_ground_holds_its_wheel_and_keeps_its_distance(athlete,
         # no more room is told than the ground was made for
         least = float(np.hypot(row[RADIUS], row[HALF]) + row[REQUIRED])
         for more, told in ((0.04, True), (1e-9, True), (-1e-9, False)):
-            near: Any = SimpleNamespace(radii=np.array([9.0, least + more]))
-            found = wheel_drums(athlete.description, near, clearance)[mode]
+            found = wheel_drums(athlete.description, small_ground(0.1, least + more), clearance)[mode]
             assert found.any() == told
             assert found[MOST] == pytest.approx(max(more, 0.0), abs=1e-12)
 
 
 def test_a_wheel_that_is_no_drum_is_asked_by_its_balls_alone(athlete, monkeypatch):
     (shell,), points = tested.shells([robot_meshes(athlete.description)["wheel"]])
-    wide: Any = SimpleNamespace(radii=np.array([9.0]))
+    wide = small_ground(9.0)
     for disc, inside in ((0.0, points), (shell[tested.DISC], points + 0.1)):
         other = shell.copy()
         other[tested.DISC] = disc

@@ -73,7 +73,7 @@ from footfall.robot.meshes.bvh import PAYLOAD, TOUCHING_WHEEL, robot_meshes
 from footfall.robot.model import Robot
 from footfall.robot.proof.cover import BallTree, ball_tree
 from footfall.robot.proof.drum_kernel import MOST
-from footfall.robot.proof.ground_tables import MOST_CELLS, GroundTables, ground_tables
+from footfall.robot.proof.ground_tables import MOST_CELLS, GroundTables, ground_tables, lay_surface
 from footfall.robot.proof.leg_clearance_kernel import (
     NO_GROUND,
     RAISED_GROUND,
@@ -281,7 +281,7 @@ def _balls(
 
 
 def wheel_drums(description: RobotDescription, ground: GroundTables, clearance: float) -> Array:
-    """Rows of ``LegTables.drums``.
+    """Rows of ``LegTables.drums``; the ground's surface is laid for them.
 
     Args:
         description: of the rover.
@@ -294,6 +294,7 @@ def wheel_drums(description: RobotDescription, ground: GroundTables, clearance: 
     meshes = robot_meshes(description)
     deltas = {TRUE_GROUND: 0.0, RAISED_GROUND: description.clearances.terrain["wheel"] + clearance}
     drums = np.zeros((2, MOST + 1))
+    lay_surface(ground)
     for mode, name in ((TRUE_GROUND, TOUCHING_WHEEL), (RAISED_GROUND, "wheel")):
         (shell,), points = shells([meshes[name]])
         required = deltas[mode] + SLACK

@@ -51,22 +51,25 @@ class GroundTables(NamedTuple):
     """Tables for balls of ``radii`` (k,) ascending [m].
 
     cells: one array, as each costs time to pass: T of all tables in a row, each by rows from the south-west, _NOT_YET
-    until it is asked for; then M of the blocks of each size, √(R² − d²) of each radius, and the heights themselves.
-    layout: (k + 1, 11), columns X to RISES; in the last row, of the heights, X to START alone. region: (3,) x, y and
-    radius of the circle that holds all places asked about [m]; the radius is inf where the tables are of the whole
-    grid. Nothing is proven outside of the circle.
+    until it is asked for; then M of the blocks of each size, √(R² − d²) of each radius, and room for the heights
+    themselves (:func:`lay_surface`). layout: (k + 1, 11), columns X to PAD; in the last row, of the heights, X to LAID
+    alone. region: (3,) x, y and radius of the circle that holds all places asked about [m]; the radius is inf where the
+    tables are of the whole grid. Nothing is proven outside of the circle. heights: of the part that the tables are of.
     """
 
     radii: Array
     cells: Array
     layout: Array
     region: Array
+    heights: NDArray
 
 
 X, Y, PER_METRE, ROWS, COLUMNS, START, TOPS, TOP_ROWS, TOP_COLUMNS, RISES, PAD = range(11)
 """Columns of a layout: south-west corner of the table [m], cells in a metre, rows, columns, where its T begin; where M
 of its blocks begin, rows, columns; where its √(R² − d²) begin, 2 PAD + 1 rows of as many with the ball's own block in
 the middle, and −inf where d > R. The table reaches beyond the blocks by PAD on every side."""
+LAID = TOPS
+"""Column of the heights' row: 1 where they have been laid, else 0."""
 
 
 def ground_tables(
@@ -128,12 +131,24 @@ def ground_tables(
         known.append((count, rise))
         count += rise.size
     layout[-1, : START + 1] = near.x0, near.y0, 1 / near.pitch, *near.values.shape, count
-    known.append((count, near.values))
     # memory that the machine gives when it is first touched; zeros of numpy may be written beforehand
     table = np.frombuffer(mmap(-1, 8 * (count + near.values.size)))
     for start, values in known:
         table[start : start + values.size].reshape(values.shape)[:] = values
-    return GroundTables(balls, table, layout, region)
+    return GroundTables(balls, table, layout, region, near.values)
+
+
+def lay_surface(tables: GroundTables) -> None:
+    """Put the heights themselves where a drum looks for them; most tables are never asked by one.
+
+    Args:
+        tables: of the ground; threads that lay them at once write the same.
+    """
+    row = tables.layout[-1]
+    if not row[LAID]:
+        start = int(row[START])
+        tables.cells[start : start + tables.heights.size].reshape(tables.heights.shape)[:] = tables.heights
+        row[LAID] = 1.0
 
 
 def _circle(around: ArrayLike, within: float) -> Array:
