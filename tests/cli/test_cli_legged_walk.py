@@ -1,4 +1,4 @@
-"""`footfall plan walk` and `footfall map` with `--robot robot.toml`: from its URDF to a walk, and to maps."""
+"""`footfall plan step`, `plan walk`, `map` with `--robot robot.toml`: from its URDF to steps, walks and maps."""
 
 import json
 
@@ -9,7 +9,7 @@ from PIL import Image
 import footfall
 from footfall.io.any_robot import is_legged, load_legged
 from footfall.io.artifacts import decode
-from footfall.io.terrain_files import write_terrain
+from footfall.io.terrain_files import read_terrain, write_terrain
 from footfall.maps.colors import REFUSED
 from footfall.maps.layers import REACHABLE_STABLE
 from footfall.maps.refusals import REFUSALS
@@ -21,6 +21,8 @@ from footfall.terrain.generate import plane
 from tests.support.command_line import run
 from tests.support.urdf import written
 from tests.support.walkers import ring
+
+LEVEL = "level.tif"
 
 
 @pytest.fixture(scope="module")
@@ -71,7 +73,10 @@ def test_a_wider_margin_is_kept(described):
 
 def test_no_is_an_answer_and_options_of_the_rover_are_refused(described):
     asked = ["plan", "walk", described / "level.tif", "--robot", described / "robot.toml"]
-    assert "off_map: the goal (9.00, 0.00) m is off the map" in run(*asked, "--goal", 9, 0, code=1).stdout
+    assert (
+        "off_map: the goal (9.00, 0.00) m lies 7 m off the map; the map spans x"
+        in run(*asked, "--goal", 9, 0, code=1).stdout
+    )
     said = run(*asked, "--goal", 0.1, 0, "--posture", "tall", "--tether", 1, 0, 2, code=2).stderr
     assert "--tether, --posture can't be planned with ring" in said
 
@@ -113,21 +118,35 @@ def test_a_robot_of_your_own_is_mapped_into_the_files_of_maps(described, tmp_pat
     assert "ring has legs 0 to 5" in run(*known[:-1], 6, code=2).stderr
 
 
-LEVEL = "level.tif"
-
-
-@pytest.mark.parametrize(
-    "asked",
-    [
-        ("plan", "step", LEVEL, "--leg", 0, "--target", 0.1, 0.1),
-        ("plan", "gait", LEVEL, "--goal", 1, 0),
-    ],
-)
-def test_what_takes_no_robot_of_your_own_names_what_does(described, asked):
-    given = [described / one if one == LEVEL else one for one in asked]
-    (line,) = run(*given, "--robot", described / "robot.toml", code=2).stderr.strip().splitlines()
+def test_a_gait_takes_no_robot_of_your_own_and_names_what_does(described):
+    asked = ["plan", "gait", described / LEVEL, "--goal", 1, 0, "--robot", described / "robot.toml"]
+    (line,) = run(*asked, code=2).stderr.strip().splitlines()
     assert "ATHLETE's legs alone" in line
-    assert "with such a robot work footfall robot check, map, plan walk, view, referee and export" in line
+    works = "footfall robot check, map, plan step, plan route, plan walk, view, referee and export"
+    assert f"with such a robot work {works}" in line
+
+
+def test_a_step_is_planned_and_its_commands_are_judged(described, tmp_path):
+    robot, ground = load_legged(described / "robot.toml"), described / LEVEL
+    known, out = ["--robot", described / "robot.toml", "--terrain", ground], tmp_path / "step.npz"
+    foot = footfall.stand(robot, read_terrain(ground)).contacts[3]
+    asked = ["plan", "step", ground, "--robot", described / "robot.toml", "--time-limit", 1e6, "--leg"]
+    told = json.loads(run(*asked, 3, "--target", foot[0] + 0.02, foot[1], "--out", out, "--json").stdout)
+    result = decode(out.read_bytes())
+    assert isinstance(result, LeggedResult)
+    assert (told["status"], told["digest"]) == ("found", result.digest)
+    assert told["figures"]["foot_moves"] == 1
+    assert result.plan is not None
+    np.testing.assert_allclose(result.plan.end.contacts[3, :2], (foot[0] + 0.02, foot[1]), atol=1e-6)
+    assert len(run("export", out, "--format", "csv", *known).stdout.splitlines()) == told["figures"]["waypoints"]
+    assert run("referee", out, *known).stdout.startswith("passed\n")
+    assert (
+        "off_map: the footfall (9.00, 0.00) m lies 7 m off the map; the map spans x"
+        in run(*asked, 3, "--target", 9, 0, code=1).stdout
+    )
+    assert "ring has legs 0 to 5" in run(*asked, 6, "--target", 0, 0, code=2).stderr
+    said = run(*asked, 3, "--target", 0, 0, "--seed", 0, "--planner", "sbl", "--as-commanded", code=2).stderr
+    assert "--planner, --seed, --as-commanded can't be planned with ring: only with ATHLETE's legs" in said
 
 
 def test_a_simulated_robot_of_your_own_is_kinematic(described):

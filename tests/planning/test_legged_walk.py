@@ -285,7 +285,12 @@ def test_what_refuses_is_named_with_its_size():
     flat = ground_for(6, "smooth")
     state = stand(robot, flat)
     far = plan_walk(robot, flat, state, (50.0, 0.0), UNHURRIED)
-    assert (far.status, far.reason) == (Status.OFF_MAP, "the goal (50.00, 0.00) m is off the map")
+    east = flat.geometry.bounds[2]
+    assert far.status is Status.OFF_MAP
+    assert far.reason.startswith(f"the goal (50.00, 0.00) m lies {50 - east:.2g} m off the map; the map spans x ")
+    off = plan_step(robot, flat, state, 0, (50.0, 0.0), settings=UNHURRIED)
+    assert off.status is Status.OFF_MAP
+    assert off.reason == far.reason.replace("the goal", "the footfall")
     out = plan_step(robot, flat, state, 0, (float(state.soles[0, 0]) + 0.6, 0.0), settings=UNHURRIED)
     assert out.status is Status.NO_PATH
     assert "limits refused" in out.reason

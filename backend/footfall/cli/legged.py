@@ -1,4 +1,4 @@
-"""``footfall plan walk`` and ``footfall map`` with a robot that others described."""
+"""``footfall plan step``, ``plan walk`` and ``map`` with a robot that others described."""
 
 import time
 from collections import Counter
@@ -71,7 +71,6 @@ def plan_legged_walk(
     circulating: with legs that pass through the body. along: file of a route.
     """
     from footfall.cli.recorded import route_of
-    from footfall.io.artifacts import encode
     from footfall.io.terrain_files import read_terrain
     from footfall.planning.legged.circulate import plan_circulating
     from footfall.planning.legged.stand import stand
@@ -88,7 +87,43 @@ def plan_legged_walk(
             result = plan_circulating(robot, dem, state, goal, settings, progress)
         else:
             result = plan_walk(robot, dem, state, goal, settings, progress, route)
-    seconds = time.monotonic() - began
+    _answer(result, time.monotonic() - began, out, as_json)
+
+
+def plan_legged_step(
+    path: str,
+    terrain: Path,
+    leg: int,
+    target: tuple[float, float],
+    at: tuple[float, float, float],
+    settings: LeggedSettings,
+    out: Path | None,
+    as_json: bool,
+    others: Mapping[str, bool],
+) -> None:
+    """Plan and show; exit code 1 where the answer is no. target: x, y [m].
+
+    at, others: as in :func:`plan_legged_walk`.
+    """
+    from footfall.io.any_robot import load_legged
+    from footfall.io.terrain_files import read_terrain
+    from footfall.planning.legged.stand import stand
+    from footfall.planning.legged.step import plan_step
+
+    robot = load_legged(path)
+    _refuse_given(others, f"be planned with {robot.name}")
+    robot.require_leg(leg)
+    dem = read_terrain(terrain)
+    state = stand(robot, dem, *at, settings=settings)
+    began = time.monotonic()
+    result = plan_step(robot, dem, state, leg, target, settings)
+    _answer(result, time.monotonic() - began, out, as_json)
+
+
+def _answer(result: LeggedResult, seconds: float, out: Path | None, as_json: bool) -> NoReturn:
+    """Write and show; exit code 1 where the answer is no."""
+    from footfall.io.artifacts import encode
+
     if out is not None:
         out.write_bytes(encode(result))
     _show(result, seconds, as_json)

@@ -16,6 +16,7 @@ from footfall.cli.accounts import accounts_app
 from footfall.cli.maps import make_map
 from footfall.cli.plan_gait import plan_gait as run_plan_gait
 from footfall.cli.plan_route import plan_route as run_plan_route
+from footfall.cli.plan_step import plan_step as run_plan_step
 from footfall.cli.plan_walk import WithGoal
 from footfall.cli.plan_walk import plan_walk as run_plan_walk
 from footfall.cli.play import run_play
@@ -27,10 +28,7 @@ from footfall.cli.terminal import (
     AtX,
     AtY,
     AtYaw,
-    Conservative,
     Json,
-    LegNumber,
-    Pair,
     Reporting,
     RobotName,
     bar,
@@ -40,7 +38,6 @@ from footfall.cli.terrain import terrain_app
 from footfall.cli.view import view_walk
 from footfall.core.errors import InvalidInput, NotFound
 from footfall.core.value import SOFTWARE_VERSION
-from footfall.planning.step.problem import GOAL_ORDERS, PLANNERS
 
 app = typer.Typer(
     cls=Reporting,
@@ -55,6 +52,7 @@ app.add_typer(terrain_app, name="terrain")
 app.add_typer(plan_app, name="plan")
 app.add_typer(robot_app, name="robot")
 app.add_typer(sessions_app, name="sessions")
+plan_app.command("step")(run_plan_step)
 plan_app.command("gait", cls=WithGoal)(run_plan_gait)
 plan_app.command("walk", cls=WithGoal)(run_plan_walk)
 plan_app.command("route")(run_plan_route)
@@ -118,50 +116,6 @@ def replay(
         of_recordings = {path: one.as_dict() for path, one in reports.items() if isinstance(one, RecordingReport)}
         terminal.show({"ok": ok, "bundles": of_bundles, "recordings": of_recordings})
     raise typer.Exit(0 if ok else 1)
-
-
-@plan_app.command("step")
-def plan_step(
-    terrain: Annotated[Path, typer.Argument(help="Terrain file.")],
-    leg: LegNumber,
-    target: Annotated[Pair, typer.Option(help="Where the wheel is to touch, x and y [m].")],
-    x: AtX = 0.0,
-    y: AtY = 0.0,
-    yaw: AtYaw = 0.0,
-    planner: Annotated[str, typer.Option(help=f"One of {', '.join(PLANNERS)}.")] = "auto",
-    goals: Annotated[str, typer.Option(help=f"Which goal posture first: by {' or '.join(GOAL_ORDERS)}.")] = "motion",
-    seed: Annotated[int, typer.Option(help="Same seed, same plan.")] = 0,
-    conservative: Conservative = False,
-    time_limit: Annotated[float, typer.Option(help="Give up after this long [s].")] = 30.0,
-    as_commanded: Annotated[
-        bool, typer.Option("--as-commanded", help="Command what is planned; the rover's sag is not predicted.")
-    ] = False,
-    out: Annotated[Path | None, typer.Option(help="Write the answer as .npz, for `footfall export`.")] = None,
-    robot: RobotName = "athlete",
-    as_json: Json = False,
-) -> None:
-    """Plan one step from a stance on a terrain, and what to command for it; exit code 1 where the answer is no.
-
-    It is commanded so that the chassis keeps its pose although the rover sags.
-    """
-    from footfall.io.artifacts import encode
-    from footfall.planning.answers import Status
-    from footfall.planning.execution.plan import plan_execution
-    from footfall.planning.step.plan import plan_step as run
-    from footfall.planning.step.problem import StepSettings
-
-    body, dem, state = terminal.stance(robot, terrain, x, y, yaw)
-    settings = StepSettings(planner=planner, seed=seed, conservative=conservative, time_limit=time_limit, goals=goals)
-    with bar("plan") as progress:
-        result = run(body, dem, state, leg, target, settings=settings, progress=progress)
-    done = None
-    if result.plan is not None and not as_commanded:
-        with bar("command") as progress:
-            done = plan_execution(body, dem, state, result.plan, progress=progress)
-    if out is not None:
-        out.write_bytes(encode(done or result))
-    terminal.show_plan(result, done, as_json)
-    raise typer.Exit(0 if (done or result).status is Status.FOUND else 1)
 
 
 @app.command()

@@ -11,7 +11,7 @@ from footfall.robot.description import RobotDescription
 from footfall.robot.model import Robot
 
 WORKS_WITH_OWN = (
-    "footfall robot check, map, plan walk, view, referee and export; "
+    "footfall robot check, map, plan step, plan route, plan walk, view, referee and export; "
     "in Python stand, compute_maps, plan_step, plan_walk and export"
 )
 """What takes robots that others described (io.any_robot)."""

@@ -4,6 +4,7 @@ from dataclasses import replace
 
 import numpy as np
 
+from footfall.core.beside import roughly
 from footfall.core.errors import InvalidInput
 from footfall.core.frames import apply, heading
 from footfall.core.value import Provenance
@@ -17,6 +18,7 @@ from footfall.robot.legged.legged_robot import LeggedRobot
 from footfall.robot.legged.posture import placed
 from footfall.robot.tolerance import inside
 from footfall.terrain.dem import Dem
+from footfall.terrain.extent import outside, spans
 
 LED_BACK = LIMIT_RESERVE + 1e-9
 """So far inside its limit a plan starts a joint: rounding must not put it back into the reserve [rad or m]."""
@@ -61,9 +63,10 @@ def _plan(ground: Ground, state: LeggedState, leg: int, target: tuple[float, flo
     if refused is not None:
         return refused
     down = rest(dem, *target, float(robot.radii[leg]))
+    refused = place_refused(ground, state, "the footfall", target, bool(np.isfinite(down.normal).all()))
+    if refused is not None:
+        return refused
     where = f"({target[0]:z.2f}, {target[1]:z.2f}) m"
-    if not np.isfinite(down.normal).all():
-        return no_plan(ground, state, Status.UNKNOWN_GROUND, f"the ground at {where} is not known", tally)
     slope = float(np.arccos(down.normal[2]))
     if slope > settings.steepest:
         text = f"the ground at {where} is {slope:z.2f} rad steep, more than {settings.steepest:g}"
@@ -126,6 +129,32 @@ def _feet_off(ground: Ground, state: LeggedState) -> Refusal | None:
     if off[at] <= FEET_OFF:
         return None
     return Refusal("feet", FEET_OFF - float(off[at]), f"leg {robot.leg_names[at]} is off the ground or its place")
+
+
+def place_refused(
+    ground: Ground, state: LeggedState, what: str, place: tuple[float, float], known: bool
+) -> LeggedResult | None:
+    """The answer to a place that is off the map or on unknown ground, with what to try; None where it is neither.
+
+    Args:
+        ground: that the plan is made on.
+        state: how the robot stands.
+        what: is to be there, as in "the goal".
+        place: (x, y) in site [m].
+        known: whether the ground there is.
+
+    Returns:
+        The answer.
+    """
+    grid, where = ground.dem.geometry, f"{what} ({place[0]:z.2f}, {place[1]:z.2f}) m"
+    off = outside(grid, *place)
+    if not off <= 0:
+        text = f"{where} lies {roughly(off)} m off the map; {spans(grid)}; choose a place inside"
+        return no_plan(ground, state, Status.OFF_MAP, text, Tally())
+    if not known:
+        text = f"the ground at {where} is not known; choose a place on ground that is"
+        return no_plan(ground, state, Status.UNKNOWN_GROUND, text, Tally())
+    return None
 
 
 def no_plan(ground: Ground, state: LeggedState, status: Status, reason: str, tally: Tally) -> LeggedResult:

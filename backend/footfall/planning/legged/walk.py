@@ -24,9 +24,9 @@ from footfall.planning.legged.problem import LeggedPlan, LeggedResult, LeggedSet
 from footfall.planning.legged.stance import Ground
 from footfall.planning.legged.step import (
     begun,
-    no_plan,
     not_judged,
     of_measured,
+    place_refused,
     provenance,
     start_refused,
     tally_in_words,
@@ -36,7 +36,6 @@ from footfall.planning.route.problem import Route
 from footfall.planning.walk.problem import WalkGoal, goal_of
 from footfall.robot.legged.legged_robot import LeggedRobot
 from footfall.terrain.dem import Dem
-from footfall.terrain.extent import outside
 from footfall.terrain.ground.surface import height_at
 
 SHORTER = (1.0, 0.6, 0.3)
@@ -327,12 +326,8 @@ def _arrival(walk: _Walk) -> FootMove | None:
 
 def goal_refused(ground: Ground, state: LeggedState, goal: WalkGoal) -> LeggedResult | None:
     """The answer to a goal that is off the map or on unknown ground; None where it is neither."""
-    where = f"the goal ({goal.x:z.2f}, {goal.y:z.2f}) m"
-    if not outside(ground.dem.geometry, goal.x, goal.y) <= 0:
-        return no_plan(ground, state, Status.OFF_MAP, f"{where} is off the map", Tally())
-    if not np.isfinite(height_at(ground.dem, goal.x, goal.y)):
-        return no_plan(ground, state, Status.UNKNOWN_GROUND, f"the ground at {where} is not known", Tally())
-    return None
+    known = bool(np.isfinite(height_at(ground.dem, goal.x, goal.y)))
+    return place_refused(ground, state, "the goal", (goal.x, goal.y), known)
 
 
 def _not_found(walk: _Walk, status: Status, reason: str) -> LeggedResult:
