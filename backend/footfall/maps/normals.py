@@ -15,6 +15,7 @@ from scipy.fft import next_fast_len
 
 from footfall.core.arrays import Array, Complexes, Ints, Mask
 from footfall.terrain.dem import Dem
+from footfall.terrain.ground.normal_kernel import LEAST_KNOWN, LEAST_SPREAD
 
 Corner = tuple[int, int]
 """Of a block: how many rows and columns it lies from the south-western one."""
@@ -150,7 +151,7 @@ def _beside_holes(disc: _Disc, heights: Array, known: Mask, radius: float) -> tu
     xx, xy, yy = sxx / n - mx * mx, sxy / n - mx * my, syy / n - my * my
     xz, yz = sxz / n - mx * mz, syz / n - my * mz
     least_variance = 0.5 * (xx + yy) - np.hypot(0.5 * (xx - yy), xy)
-    good = (2 * count >= len(dx)) & (least_variance > 0.1 * radius * radius / 4)
+    good = (count >= LEAST_KNOWN * len(dx)) & (least_variance > LEAST_SPREAD * radius * radius / 4)
     determinant = np.where(good, xx * yy - xy * xy, 1.0)
     a, b = (xz * yy - yz * xy) / determinant, (yz * xx - xz * xy) / determinant
     normals = np.stack([-a, -b, np.ones_like(a)], axis=-1)
