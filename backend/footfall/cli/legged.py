@@ -16,7 +16,7 @@ from footfall.core.errors import InvalidInput
 from footfall.core.value import fields_of
 from footfall.maps.refusals import NOTHING, REFUSALS
 from footfall.planning.answers import Status
-from footfall.planning.legged.problem import LeggedPlan, LeggedResult, LeggedSettings
+from footfall.planning.legged.problem import LeggedPlan, LeggedResult, LeggedSettings, LeggedState
 from footfall.planning.walk.problem import WalkGoal
 
 if TYPE_CHECKING:
@@ -71,16 +71,14 @@ def plan_legged_walk(
     circulating: with legs that pass through the body. along: file of a route.
     """
     from footfall.cli.recorded import route_of
-    from footfall.io.terrain_files import read_terrain
     from footfall.planning.legged.circulate import plan_circulating
-    from footfall.planning.legged.stand import stand
     from footfall.planning.legged.walk import plan_walk
 
     _refuse_given(others, f"be planned with {robot.name}")
     if circulating and along is not None:
         raise InvalidInput("a circulating walk goes around nothing: leave out --along")
-    dem, route = read_terrain(terrain), None if along is None else route_of(along)
-    state = stand(robot, dem, *at, settings=settings)
+    route = None if along is None else route_of(along)
+    dem, state = _stance(robot, terrain, at, settings)
     began = time.monotonic()
     with terminal.bar("walk") as progress:
         if circulating:
@@ -106,18 +104,26 @@ def plan_legged_step(
     at, others: as in :func:`plan_legged_walk`.
     """
     from footfall.io.any_robot import load_legged
-    from footfall.io.terrain_files import read_terrain
-    from footfall.planning.legged.stand import stand
     from footfall.planning.legged.step import plan_step
 
     robot = load_legged(path)
     _refuse_given(others, f"be planned with {robot.name}")
     robot.require_leg(leg)
-    dem = read_terrain(terrain)
-    state = stand(robot, dem, *at, settings=settings)
+    dem, state = _stance(robot, terrain, at, settings)
     began = time.monotonic()
     result = plan_step(robot, dem, state, leg, target, settings)
     _answer(result, time.monotonic() - began, out, as_json)
+
+
+def _stance(
+    robot: "LeggedRobot", terrain: Path, at: tuple[float, float, float], settings: LeggedSettings
+) -> "tuple[Dem, LeggedState]":
+    """The ground of a terrain file, and the robot standing on it."""
+    from footfall.io.terrain_files import read_terrain
+    from footfall.planning.legged.stand import stand
+
+    dem = read_terrain(terrain)
+    return dem, stand(robot, dem, *at, settings=settings)
 
 
 def _answer(result: LeggedResult, seconds: float, out: Path | None, as_json: bool) -> NoReturn:
@@ -147,16 +153,14 @@ def make_legged_map(
     """
     from footfall.io.any_robot import load_legged
     from footfall.io.map_files import write_maps
-    from footfall.io.terrain_files import read_terrain
     from footfall.planning.legged.leg_maps import compute_maps
-    from footfall.planning.legged.stand import stand
     from footfall.planning.legged.step import unchecked
 
     robot = load_legged(path)
     _refuse_given(others, f"be had in maps of {robot.name}")
     robot.require_leg(leg)
-    dem, settings = read_terrain(terrain), LeggedSettings(conservative=conservative)
-    state = stand(robot, dem, *at, settings=settings)
+    settings = LeggedSettings(conservative=conservative)
+    dem, state = _stance(robot, terrain, at, settings)
     with terminal.bar("maps") as progress:
         stack = compute_maps(robot, dem, state, leg, settings, progress)
     if out is not None:
