@@ -12,7 +12,7 @@ from footfall.robot.model import Robot
 
 WORKS_WITH_OWN = (
     "footfall robot check, map, plan step, plan route, plan walk, view, referee and export; "
-    "in Python stand, compute_maps, plan_step, plan_walk and export"
+    "in Python stand, compute_maps, plan_step, plan_walk, plan_route and export"
 )
 """What takes robots that others described (io.any_robot)."""
 SHIPPED_TOML = ("ambler",)
