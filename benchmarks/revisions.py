@@ -20,6 +20,8 @@ from pathlib import Path
 
 import numpy as np
 
+from footfall.processor import NEEDED, choices
+
 ROOT = Path(__file__).resolve().parents[1]
 
 Run = Mapping[str, float]
@@ -56,13 +58,17 @@ def lay_out(revision: str, folder: Path, repository: Path = ROOT) -> Path:
 
 
 def called(source: Path, *arguments: str) -> subprocess.CompletedProcess[str]:
-    """Run ``footfall`` of a source with this tree's libraries; its exit code tells of floors, too, and is not looked at."""
+    """Run ``footfall`` of a source with this tree's libraries; its exit code tells of floors and is not looked at.
+
+    It chooses its arithmetic itself.
+    """
     path = os.pathsep.join([str(source / "backend"), str(source)])
+    kept = {name: text for name, text in os.environ.items() if name not in choices(NEEDED)}
     program = "from footfall.cli import app; app()"
     return subprocess.run(
         [sys.executable, "-c", program, *arguments],
         cwd=source,
-        env={**os.environ, "PYTHONPATH": path},
+        env={**kept, "PYTHONPATH": path},
         stdout=subprocess.PIPE,
         text=True,
         check=False,

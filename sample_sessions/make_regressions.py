@@ -14,6 +14,8 @@ from collections.abc import Callable
 from dataclasses import replace
 from pathlib import Path
 
+from footfall.processor import LATE, choose_arithmetic  # isort: skip (it comes before numpy)
+
 import numpy as np
 
 import footfall
@@ -131,6 +133,8 @@ CORPUS: dict[str, Callable[[Sessions], bytes]] = {
 
 
 def main(names: list[str]) -> None:
+    if not choose_arithmetic():
+        sys.exit(LATE)
     for name in names or list(CORPUS):
         with tempfile.TemporaryDirectory() as work, Sessions(Path(work), jobs=InlineJobs(), recording=None) as sessions:
             content = CORPUS[name](sessions)

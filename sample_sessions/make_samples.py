@@ -12,6 +12,8 @@ import zipfile
 from collections.abc import Callable
 from pathlib import Path
 
+from footfall.processor import LATE, choose_arithmetic  # isort: skip (it comes before numpy)
+
 import numpy as np
 
 import footfall
@@ -176,6 +178,8 @@ SAMPLES: dict[str, tuple[str, Callable[[LiveSession], None]]] = {
 
 
 def main(names: list[str]) -> None:
+    if not choose_arithmetic():
+        sys.exit(LATE)
     for name in names or list(SAMPLES):
         title, script = SAMPLES[name]
         with tempfile.TemporaryDirectory() as work, Sessions(Path(work), jobs=InlineJobs(), recording=None) as sessions:

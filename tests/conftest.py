@@ -6,6 +6,8 @@ from collections.abc import Generator, Iterator
 from pathlib import Path
 from typing import Any
 
+from footfall.processor import LATE, choose_arithmetic  # isort: skip (it comes before numpy)
+
 import numpy as np
 import pytest
 from hypothesis import HealthCheck, settings
@@ -31,6 +33,8 @@ settings.load_profile("footfall")
 
 
 def pytest_configure(config: pytest.Config) -> None:
+    if not choose_arithmetic():
+        raise pytest.UsageError(LATE)
     config.pluginmanager.register(RunRecord(), "run-record")
 
 

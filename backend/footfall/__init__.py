@@ -1,10 +1,13 @@
 """FootFall: a ground tool for walking rovers. The names below are the interface for scripts."""
 
-import os
 from importlib import import_module
 from typing import TYPE_CHECKING, Any
 
-from footfall.core.value import SOFTWARE_VERSION
+from footfall.processor import choose_arithmetic
+
+choose_arithmetic()
+
+from footfall.core.value import SOFTWARE_VERSION  # noqa: E402 (numpy comes with it)
 
 if TYPE_CHECKING:
     from footfall.balance.tether import Tether
@@ -21,9 +24,6 @@ if TYPE_CHECKING:
     from footfall.planning.execution.plan import plan_execution
     from footfall.planning.gait.plan import plan_gait
     from footfall.session.replay.recompute import replay
-
-# Compiled loops share the machine with other processes: threads that wait must sleep, not spin.
-os.environ.setdefault("OMP_WAIT_POLICY", "passive")
 
 _where = {
     "load_robot": "footfall.io.any_robot",

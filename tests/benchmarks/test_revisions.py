@@ -58,6 +58,10 @@ def program(folder, text):
 def test_each_source_runs_its_own_program(tmp_path):
     first = program(tmp_path / "first", FIGURES % ("steps", 2))
     assert run_of(first, ["step"], quick=True) == {"steps": 2.0}
+    asking = program(
+        tmp_path / "asking", 'import os; assert "OPENBLAS_CORETYPE" not in os.environ\n' + FIGURES % ("x", 1)
+    )
+    assert run_of(asking, [], quick=False) == {"x": 1.0}
     silent = program(tmp_path / "silent", "print('no such area')")
     with pytest.raises(ValueError, match=r"printed no figures: 'no such area"):
         run_of(silent, ["step"], quick=False)

@@ -10,7 +10,9 @@ import pytest
 from footfall.io.artifacts import encode
 from footfall.io.bundles import log_bytes, write_zip
 from footfall.planning.step.problem import StepSettings
+from footfall.processor import LATE
 from footfall.sequence.edit import Edit
+from footfall.session.replay import recompute
 from footfall.session.replay.compare import differences
 from footfall.session.replay.recompute import replay
 from footfall.session.storage.store import read_session
@@ -63,6 +65,19 @@ def test_other_code_is_told_with_field_and_size(whole, tiny):
     assert (found.verdict, found.difference) == ("different", "layers['margin'][3, 4]")
     assert found.magnitude == pytest.approx(0.5)
     assert [p.verdict for p in report.products[1:]] == ["same"] * 4
+
+
+def test_what_differs_may_come_of_arithmetic_chosen_late(whole, tiny, monkeypatch):
+    def other_plan(parents, settings, progress):
+        made = tiny.plan(parents, settings, progress)
+        return replace(made, plan=replace(made.plan, waypoints=made.plan.waypoints + 1e-3))
+
+    recipes = {**tiny.RECIPES, "plan": other_plan}
+    assert LATE not in replay(whole.store.folder, recipes=recipes).products[1].text
+    monkeypatch.setattr(recompute, "choose_arithmetic", lambda: False)
+    found = replay(whole.store.folder, recipes=recipes).products[1]
+    assert found.verdict == "different"
+    assert found.text.endswith(LATE)
 
 
 def test_rounding_of_another_processor_is_told_but_accepted(whole, tiny):

@@ -16,6 +16,7 @@ from footfall.io.artifacts import decode
 from footfall.io.bundles import ARTIFACTS, Bundle
 from footfall.planning.answers import Status
 from footfall.planning.watch import patience
+from footfall.processor import LATE, choose_arithmetic
 from footfall.session.jobs.product_recipes import PRODUCTS, Recipe, make
 from footfall.session.log.event import event_of
 from footfall.session.log.fold import SessionState, fold_all
@@ -25,7 +26,8 @@ from footfall.session.storage.artifact_folder import bytes_digest, verify_artifa
 from footfall.session.storage.store import read_session
 
 EQUAL_WITHIN = 1e-9
-"""Floats that differ by at most this come from another processor, not from another computation."""
+"""Floats that differ by at most this come from another processor, not from another computation; see
+:mod:`footfall.processor`."""
 
 PATIENCE = 20.0
 """Times its time limit that a search may take in a replay, where it ended by itself when it was recorded."""
@@ -214,7 +216,8 @@ class _Replayed:
         elif magnitude is not None and magnitude <= EQUAL_WITHIN:
             verdict, text = "equal_within", f"{len(found)} fields differ by at most {magnitude:.3g}"
         else:
-            verdict, text = "different", f"{first.path}: {first.text}"
+            late = "" if choose_arithmetic() else f"; {LATE}"
+            verdict, text = "different", f"{first.path}: {first.text}{late}"
         return ProductReport(self.seq, self.kind, self.digest, digest, verdict, first.path, magnitude, text)
 
     def _timed_out(self, result: Value | bytes) -> bool:
