@@ -12,6 +12,7 @@ from typing import Any
 
 import uvicorn
 from fastapi import FastAPI
+from starlette.routing import Mount
 
 from footfall.api.assemble import assemble
 from footfall.api.auth.oidc import SignOn
@@ -79,6 +80,10 @@ def create_app(
     app.include_router(proxy.router)
     # the page alone: compressed, what the interface answers would tell of secrets in it by its size
     app.mount("/", PageFiles(directory=static_folder(), html=True), name="page")
+    # its folders come first: looking through all addresses of the interface takes longer than answering with a file
+    app.router.routes[:0] = [
+        Mount(f"/{folder.name}", PageFiles(directory=folder)) for folder in static_folder().iterdir() if folder.is_dir()
+    ]
     return app
 
 

@@ -8,9 +8,12 @@ import httpx
 import numpy as np
 import pytest
 from fastapi import FastAPI
+from starlette.routing import Mount
 
 from footfall.api.bodies.jsonable import dumps, jsonable
 from footfall.io.image_files import decode_image
+from footfall.resources import static_folder
+from footfall_ui.app import create_app
 from footfall_ui.page_files import PageFiles
 from tests.support.local import Local
 from tests.support.problems import problem
@@ -74,6 +77,19 @@ def test_the_page_comes_compressed_and_whole(server, path):
     assert packed.num_bytes_downloaded < 0.5 * plain.num_bytes_downloaded
     again = get(**{"Accept-Encoding": "gzip", "If-None-Match": packed.headers["etag"]})
     assert (again.status_code, again.content) == (304, b"")
+
+
+def test_the_pages_folders_come_before_all_addresses_and_hide_none(server):
+    app = create_app(server.sessions, scene=False)
+    folders = {f"/{folder.name}" for folder in static_folder().iterdir() if folder.is_dir()}
+    assert len(folders) > 2
+    assert {route.path for route in app.routes[: len(folders)] if isinstance(route, Mount)} == folders
+    page = Local(app)
+    assert page.get("/js/main.js").headers["cache-control"] == "no-cache"
+    for beside in ("/js", "/js/", "/js/none.js", "/js/../../pyproject.toml", "/js/%00.js", f"/js/{'long' * 99}.js"):
+        assert page.get(beside).status_code == 404, beside
+    assert page.request("POST", "/js/main.js").status_code == 405
+    assert page.get("/api/v1/info").status_code == 200
 
 
 def test_a_file_of_the_page_that_changes_is_read_anew(tmp_path):
