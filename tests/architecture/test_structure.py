@@ -118,10 +118,25 @@ def test_no_assert_as_validation() -> None:
     assert not offenders
 
 
-def test_no_machine_path_or_index_address_in_tracked_files() -> None:
+def tracked() -> list[str]:
+    """Names of the files that git keeps."""
     listing = subprocess.run(["git", "ls-files"], cwd=ROOT, capture_output=True, text=True, check=False)
     if listing.returncode:
         pytest.skip("not a git checkout, so there is no list of tracked files")
+    return listing.stdout.splitlines()
+
+
+def test_git_keeps_nothing_beside_the_projects_own_folders() -> None:
+    """A session that a program left in the checkout once came in with a commit."""
+    kept = {
+        *(".ci", ".dockerignore", ".gitignore", "CHANGELOG.md", "CONTRIBUTING.md", "Dockerfile", "LICENSE", "Makefile"),
+        *("README.md", "backend", "benchmarks", "docs", "examples", "footfall_ui", "locks", "pyproject.toml"),
+        *("sample_sessions", "static", "tests", "training", "typings"),
+    }
+    assert {name.partition("/")[0] for name in tracked()} <= kept
+
+
+def test_no_machine_path_or_index_address_in_tracked_files() -> None:
     # spelt in two parts so that this file does not name them itself
     words = [
         "/work" + "/",
@@ -132,7 +147,7 @@ def test_no_machine_path_or_index_address_in_tracked_files() -> None:
         "--index" + "-url",
     ]
     offenders = []
-    for name in listing.stdout.splitlines():
+    for name in tracked():
         path = ROOT / name
         if path.suffix in {".png", ".npz", ".zip", ".obj", ".stl"} or not path.is_file():
             continue
