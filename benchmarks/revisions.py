@@ -48,11 +48,16 @@ class Compared:
         return f"{self.name:<58}{sizes}{middle:>8.3f}  {low:.3f} to {high:.3f}"
 
 
+def archive_of(revision: str, repository: Path, *folders: str) -> tarfile.TarFile:
+    """What git has of a revision, in these folders or in all; raises CalledProcessError where there is none such."""
+    asked = ["git", "archive", "--format=tar", revision, "--", *folders]
+    packed = subprocess.run(asked, cwd=repository, check=True, stdout=subprocess.PIPE).stdout
+    return tarfile.open(fileobj=io.BytesIO(packed))
+
+
 def lay_out(revision: str, folder: Path, repository: Path = ROOT) -> Path:
     """Write what git has of a revision into a folder; raises CalledProcessError where there is no such revision."""
-    asked = ["git", "archive", "--format=tar", revision]
-    packed = subprocess.run(asked, cwd=repository, check=True, stdout=subprocess.PIPE).stdout
-    with tarfile.open(fileobj=io.BytesIO(packed)) as archive:
+    with archive_of(revision, repository) as archive:
         archive.extractall(folder, filter="data")
     return folder
 

@@ -13,12 +13,10 @@ those nothing is imported or run. The table has a column for each revision. How 
 """
 
 import ast
-import io
 import json
 import re
 import subprocess
 import sys
-import tarfile
 import tempfile
 from collections.abc import Iterator, Mapping
 from dataclasses import dataclass
@@ -26,6 +24,7 @@ from pathlib import Path, PurePosixPath
 
 import numpy as np
 
+from benchmarks.revisions import archive_of
 from tests.architecture.test_product_kinds import OTHER_KINDS, ROOT, TABLE, compared
 
 FOLDERS = ("backend/footfall", "footfall_ui")
@@ -65,9 +64,7 @@ class Structure:
 
 def sources_of(revision: str, repository: Path = ROOT) -> Sources:
     """The Python files that git has of a revision; raises CalledProcessError where there is no such revision."""
-    asked = ["git", "archive", "--format=tar", revision, "--", *FOLDERS]
-    packed = subprocess.run(asked, cwd=repository, check=True, stdout=subprocess.PIPE).stdout
-    with tarfile.open(fileobj=io.BytesIO(packed)) as archive:
+    with archive_of(revision, repository, *FOLDERS) as archive:
         files = {one.name: archive.extractfile(one) for one in archive if one.name.endswith(".py")}
         return {name: file.read().decode() for name, file in files.items() if file is not None}
 

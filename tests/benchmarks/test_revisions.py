@@ -7,7 +7,7 @@ import pytest
 from benchmarks import revisions
 from benchmarks.revisions import Compared, compared, in_turns, lay_out, main, of_one_only, run_of
 
-FIGURES = 'import json, sys; print(json.dumps({"figures": {"%s": {"median": %g}}}))'
+FIGURES = 'import json; print(json.dumps({"figures": {"%s": {"median": %g}}}))'
 
 
 def git(folder, *arguments):
