@@ -14,6 +14,7 @@ from footfall.core.mesh import Mesh
 from footfall.robot.legged.apart_kernel import bounds
 from footfall.robot.legged.legged_robot import LeggedRobot
 from footfall.robot.meshes.bvh import bvh
+from footfall.robot.meshes.hulls import hulls_around
 
 LEAST_SHARE = 0.5
 """Of the distance at ease: bodies that are built nearer than their clearance may not come nearer than that."""
@@ -32,7 +33,7 @@ class BodyPairs:
         pairs = [pair for pair in combinations(shaped, 2) if pair not in joined]
         self.pairs = np.array(pairs, np.int64).reshape(-1, 2)
         self.least = np.array([robot.clearances[_kind(robot, *pair)] for pair in pairs])
-        self._hulls = [[_hull(mesh) for mesh in shapes] for shapes in robot.shapes]
+        self._hulls = [[hull for mesh in shapes for hull in hulls_around(mesh)] for shapes in robot.shapes]
         self._meshes = [[bvh(mesh) for mesh in shapes] for shapes in robot.shapes]
         self._balls = np.array([_ball(shapes) for shapes in robot.shapes])
         self._capsules = np.array([_capsule(mesh) for shapes in robot.shapes for mesh in shapes]).reshape(-1, 7)
@@ -107,13 +108,6 @@ def _between(shapes: list[list], a: int, b: int, placed: dict[int, coal.Transfor
         for one in shapes[a]
         for other in shapes[b]
     )
-
-
-def _hull(mesh: Mesh) -> coal.ConvexBase:
-    corners = coal.StdVec_Vec3s()
-    for vertex in mesh.vertices:
-        corners.append(np.array(vertex))
-    return coal.ConvexBase.convexHull(corners, True, "Qt")
 
 
 def _ball(shapes: tuple[Mesh, ...]) -> Array:

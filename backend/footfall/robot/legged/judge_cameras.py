@@ -3,7 +3,7 @@
 from collections.abc import Iterator
 
 import numpy as np
-from scipy.spatial import ConvexHull
+from scipy.spatial import ConvexHull, QhullError
 
 from footfall.core.arrays import Array
 from footfall.core.frames import apply
@@ -36,7 +36,11 @@ def _hulls(tree: RobotTree) -> Iterator[tuple[str, Array]]:
     poses = tree.poses(tree.neutral())
     for link in tree.links:
         for shape in link.shapes:
-            yield link.name, ConvexHull(apply(poses[link.name], shape.points)).equations
+            try:
+                yield link.name, ConvexHull(apply(poses[link.name], shape.points)).equations
+            except QhullError:
+                # flat: nothing is inside
+                continue
 
 
 def _inside(pair: CameraPairSpec, hulls: list[tuple[str, Array]]) -> Iterator[Finding]:

@@ -9,7 +9,7 @@ from itertools import pairwise
 import numpy as np
 import pinocchio as pin
 from numpy.typing import ArrayLike
-from scipy.spatial import ConvexHull
+from scipy.spatial import ConvexHull, QhullError
 
 from footfall.core.arrays import Array
 from footfall.core.errors import InvalidInput, InvalidRobot, NotFound
@@ -239,7 +239,10 @@ def _limits(joint: TreeJoint) -> tuple[float, float]:
     if joint.kind == "continuous":
         return -np.pi, np.pi
     if not (np.isfinite([joint.lower, joint.upper]).all() and joint.lower < joint.upper):
-        raise InvalidRobot(f"joint {joint.name} has no limits, lower below upper; walking needs them")
+        raise InvalidRobot(
+            f"joint {joint.name} has no limits, lower below upper; walking needs them: "
+            f'say them in the robot.toml, under [joints."{joint.name}"]'
+        )
     if joint.kind == "prismatic":
         return joint.lower, joint.upper
     return max(joint.lower, joint.neutral - np.pi), min(joint.upper, joint.neutral + np.pi)
@@ -256,4 +259,8 @@ def _corners(shapes: tuple[Mesh, ...]) -> Array:
     if not shapes:
         return np.zeros((0, 3))
     points = np.concatenate([mesh.vertices for mesh in shapes])
-    return points[ConvexHull(points).vertices]
+    try:
+        return points[ConvexHull(points).vertices]
+    except QhullError:
+        # flat: its corners are among its points
+        return np.unique(points, axis=0)

@@ -6,12 +6,11 @@ on 3D game objects*, GDC 2001).
 """
 
 import coal
-import numpy as np
 
 from footfall.core.arrays import Array
-from footfall.core.mesh import Mesh
 from footfall.robot.kinematics import link_poses
 from footfall.robot.meshes.bvh import PAYLOAD, robot_meshes
+from footfall.robot.meshes.hulls import hulls_around
 from footfall.robot.model import Robot
 
 
@@ -27,20 +26,17 @@ def overlap(robot: Robot, posture: Array, link_a: str, link_b: str) -> float:
     Returns:
         At least what parts the meshes [m]; 0 where the hulls are apart.
     """
-    (hull_a, pose_a), (hull_b, pose_b) = (_placed_hull(robot, posture, link) for link in (link_a, link_b))
-    found = coal.distance(hull_a, pose_a, hull_b, pose_b, coal.DistanceRequest(), coal.DistanceResult())
-    return max(-float(found), 0.0)
+    (hulls_a, pose_a), (hulls_b, pose_b) = (_placed_hulls(robot, posture, link) for link in (link_a, link_b))
+    found = (
+        coal.distance(one, pose_a, other, pose_b, coal.DistanceRequest(), coal.DistanceResult())
+        for one in hulls_a
+        for other in hulls_b
+    )
+    return max(-float(min(found)), 0.0)
 
 
-def _placed_hull(robot: Robot, posture: Array, link: str) -> tuple[coal.ConvexBase, coal.Transform3s]:
+def _placed_hulls(robot: Robot, posture: Array, link: str) -> tuple[list[coal.CollisionGeometry], coal.Transform3s]:
     if link == PAYLOAD:
-        return _hull(robot_meshes(robot.description)[PAYLOAD]), coal.Transform3s()
+        return hulls_around(robot_meshes(robot.description)[PAYLOAD]), coal.Transform3s()
     T_base_link = link_poses(robot, posture)[link]
-    return _hull(robot.description.meshes[link]), coal.Transform3s(T_base_link[:3, :3], T_base_link[:3, 3])
-
-
-def _hull(mesh: Mesh) -> coal.ConvexBase:
-    corners = coal.StdVec_Vec3s()
-    for vertex in mesh.vertices:
-        corners.append(np.array(vertex))
-    return coal.ConvexBase.convexHull(corners, True, "Qt")
+    return hulls_around(robot.description.meshes[link]), coal.Transform3s(T_base_link[:3, :3], T_base_link[:3, 3])
