@@ -1,5 +1,7 @@
 """What a robot.toml says of joints and loads: it counts, it is judged, and stiffness of all joints makes it sag."""
 
+import re
+
 import numpy as np
 import pytest
 
@@ -47,6 +49,36 @@ def test_what_it_says_counts_before_the_urdf(proposed):
     assert (np.delete(robot.efforts, at) == 60.0).all()
     assert not robot.sags
     assert robot.digest != loaded(proposed, "").digest
+
+
+def test_limits_count_before_those_of_the_urdf(proposed):
+    bare, robot = loaded(proposed, ""), loaded(proposed, "\n[joints.l1_knee]\nlower = 0.2\nupper = 1.1\n")
+    at = robot.joint_names.index("l1_knee")
+    assert (robot.lower[at], robot.upper[at]) == (0.2, 1.1)
+    np.testing.assert_array_equal(np.delete(robot.lower, at), np.delete(bare.lower, at))
+    np.testing.assert_array_equal(np.delete(robot.upper, at), np.delete(bare.upper, at))
+    one = loaded(proposed, "\n[joints.l1_knee]\nupper = 1.1\n")
+    assert (one.lower[at], one.upper[at]) == (bare.lower[at], 1.1)
+
+
+@pytest.mark.parametrize("kind", ["revolute", "continuous"])
+def test_a_joint_without_limits_walks_once_they_are_said(tmp_path, kind):
+    urdf = ring(4, effort=60.0)
+    bare = re.sub(
+        r'(<joint name="l1_yaw" type=)"revolute"(.*?)lower="[^"]*" upper="[^"]*"', rf'\1"{kind}"\2', urdf, flags=re.S
+    )
+    assert bare != urdf
+    run("robot", "init", written(tmp_path, bare), "--samples", 5)
+    text = (tmp_path / "robot.toml").read_text(encoding="utf-8")
+    if kind == "revolute":
+        assert "# not in the URDF: lower and upper of l1_yaw\n" in text
+        with pytest.raises(InvalidRobot, match=r'say them in the robot.toml, under \[joints."l1_yaw"\]'):
+            load_legged(tmp_path / "robot.toml")
+        with pytest.raises(InvalidRobot, match=r"joints.l1_yaw needs both limits: the URDF says no lower of l1_yaw"):
+            loaded((tmp_path, text), "\n[joints.l1_yaw]\nupper = 0.5\n")
+    robot = loaded((tmp_path, text), "\n[joints.l1_yaw]\nlower = -0.4\nupper = 0.5\n")
+    at = robot.joint_names.index("l1_yaw")
+    assert (robot.lower[at], robot.upper[at]) == (-0.4, 0.5)
 
 
 def test_it_sags_once_the_stiffness_of_every_joint_is_said(proposed):
@@ -99,6 +131,8 @@ def _about(point: np.ndarray, mass: float, center: np.ndarray, inertia: np.ndarr
         ("\n[joints.l0_sole]\nstiffness = 5\n", "joints: the URDF has no joint 'l0_sole' that moves"),
         ("\n[joints.l0_knee]\nstiffness = 0\n", "joints.l0_knee.stiffness must be above zero"),
         ("\n[joints.l0_knee]\neffort = -3\n", "joints.l0_knee.effort must be above zero"),
+        ("\n[joints.l0_knee]\nlower = 1\nupper = 0.5\n", "joints.l0_knee: its lower limit must be below its upper one"),
+        ("\n[joints.l0_knee]\nlower = -inf\n", "joints.l0_knee.lower"),
         ("\n[joints.l0_knee]\nstiffness = nan\n", "joints.l0_knee.stiffness"),
         ('\n[joints.l0_knee]\nstiffness = "stiff"\n', "joints.l0_knee.stiffness must be a"),
         (

@@ -85,10 +85,12 @@ def _joints(model: LeggedModel) -> list[str]:
     """What may be said of joints; all of it is commented out, as nobody here knows it."""
     joints = [model.tree.joint(name) for leg in model.legs for name in leg.joints]
     lacking = {what: [one.name for one in joints if not getattr(one, what) > 0] for what in ("effort", "velocity")}
+    limits = [one.name for one in joints if one.kind != "continuous" and not one.lower < one.upper]
+    lacking |= {"lower and upper": limits}
     lines = [
-        "# What the URDF does not say of joints, or you know better: effort [N·m, N], velocity [rad/s, m/s], and",
-        "# stiffness [N·m/rad, N/m], by which a joint gives way that is held at a place. With that of every joint of",
-        "# the legs, commands hold the pose of the chassis, and predictions sag.",
+        "# What the URDF does not say of joints, or you know better: lower and upper limit [rad, m], effort [N·m, N],",
+        "# velocity [rad/s, m/s], and stiffness [N·m/rad, N/m], by which a joint gives way that is held at a place.",
+        "# With that of every joint of the legs, commands hold the pose of the chassis, and predictions sag.",
     ]
     lines += [f"# not in the URDF: {what} of {_comment(', '.join(names))}" for what, names in lacking.items() if names]
     return [*lines, f"# [joints.{_text(joints[0].name)}]", "# stiffness = 1000.0", "", *EXAMPLES]

@@ -19,7 +19,8 @@ from footfall.robot.legged.tree import RobotTree, TreeJoint, TreeLink
 from footfall.robot.table import Table
 
 TOP = "name urdf packages base mass_check joints payload cameras legs postures clearances collisions"
-JOINT, PAYLOAD = "effort velocity stiffness", "name link mass center"
+JOINT, PAYLOAD = "lower upper effort velocity stiffness", "name link mass center"
+LIMITS = frozenset({"lower", "upper"})
 LEG = "name foot joints group sole center radius width axis polygon"
 
 
@@ -88,9 +89,22 @@ def _joint(table: Table, joint: TreeJoint) -> TreeJoint:
     table.only(JOINT)
     found = {name: table.number(name) for name in table}
     for name, size in found.items():
-        if not size > 0:
+        if name not in LIMITS and not size > 0:
             raise InvalidRobot(f"{table.where}.{name} must be above zero", **{name: size})
-    return replace(joint, **found)
+    said = replace(joint, **found)
+    return _with_limits(table, said) if found.keys() & LIMITS else said
+
+
+def _with_limits(table: Table, joint: TreeJoint) -> TreeJoint:
+    """The joint, both of whose limits are known now; one that turned without end is revolute with them."""
+    for name, limit in (("lower", joint.lower), ("upper", joint.upper)):
+        if not np.isfinite(limit):
+            raise InvalidRobot(f"{table.where} needs both limits: the URDF says no {name} of {joint.name}")
+    if not joint.lower < joint.upper:
+        raise InvalidRobot(
+            f"{table.where}: its lower limit must be below its upper one", lower=joint.lower, upper=joint.upper
+        )
+    return replace(joint, kind="revolute" if joint.kind == "continuous" else joint.kind)
 
 
 def _carrying(tree: RobotTree, table: Table) -> RobotTree:

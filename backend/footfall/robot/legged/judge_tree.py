@@ -126,7 +126,9 @@ def _limits(tree: RobotTree) -> Iterator[Finding]:
             continue
         unit = _unit(joint)
         if not np.isfinite([joint.lower, joint.upper]).all():
-            wanted = "lower and upper would be right" + (", or continuous" if joint.kind == "revolute" else "")
+            wanted = "lower and upper would be right, in the URDF or the robot.toml" + (
+                ", or continuous" if joint.kind == "revolute" else ""
+            )
             yield unusable("limits", joint.name, f"it is {joint.kind} without limits; {wanted}")
         elif joint.lower > joint.upper:
             text = f"its limits are reversed: lower {joint.lower:g}, upper {joint.upper:g} {unit}"
