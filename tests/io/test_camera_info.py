@@ -95,6 +95,11 @@ def test_camera_info_gives_the_relative_pose(tmp_path):
         assert np.allclose(rectified_left - rectified_right, [0.2, 0.0, 0.0], atol=1e-6)
 
 
+def test_a_byte_order_mark_changes_nothing(tmp_path):
+    marked = pair_of(tmp_path, "\ufeff" + info(shift=-96.0), "\ufeff" + info())
+    assert marked.digest == pair_of(tmp_path, info(shift=-96.0)).digest
+
+
 def test_camera_info_as_echoed_from_a_topic(tmp_path):
     pair = read_camera_info(write(tmp_path, "l.yaml", ECHO % "0.0"), write(tmp_path, "r.yaml", ECHO % "-48.0"))
     assert pair.left.model == "fisheye"

@@ -3,7 +3,9 @@
 import io
 import struct
 import tracemalloc
+import warnings
 import zipfile
+import zlib
 from typing import Any
 
 import numpy as np
@@ -12,6 +14,7 @@ import rasterio
 import trimesh
 from PIL import Image
 from rasterio.crs import CRS
+from rasterio.errors import NotGeoreferencedWarning
 from rasterio.transform import Affine
 from trimesh.exchange.ply import export_ply
 
@@ -364,10 +367,15 @@ def test_an_npz_that_promises_too_much_is_refused_unread():
         decode_terrain(out.getvalue(), "a.npz")
 
 
-def png(array):
+def png(array, clear=None):
+    """clear: the grey that is declared transparent, as a chunk ``tRNS`` behind the header."""
     out = io.BytesIO()
     Image.fromarray(array).save(out, format="PNG")
-    return out.getvalue()
+    content = out.getvalue()
+    if clear is None:
+        return content
+    chunk = b"tRNS" + struct.pack(">H", clear)
+    return content[:33] + struct.pack(">I", 2) + chunk + struct.pack(">I", zlib.crc32(chunk)) + content[33:]
 
 
 @pytest.mark.parametrize("dtype", [np.uint8, np.uint16])
@@ -379,6 +387,21 @@ def test_height_images(dtype):
     expected[1, 1], expected[0, 3] = 1.5, -0.5
     np.testing.assert_allclose(dem.heights, expected, atol=1e-6)
     assert dem.geometry.bounds == (0.5, 0.5, 3.5, 1.5)
+
+
+@pytest.mark.parametrize("dtype", [np.uint8, np.uint16])
+@pytest.mark.parametrize("clear", [0, 77])
+def test_the_grey_that_a_picture_declares_transparent_is_unknown(dtype, clear, tmp_path):
+    picture = np.array([[0, 77, 0, 5], [77, 9, 0, 77]], dtype)
+    path = tmp_path / "a.png"
+    path.write_bytes(png(picture, clear))
+    dem = read_terrain(path, size=(4.0, 2.0), height_range=(0.0, 10.0))
+    with warnings.catch_warnings():
+        warnings.simplefilter("ignore", NotGeoreferencedWarning)
+        with rasterio.open(path) as judge:
+            known = judge.read_masks(1) > 0
+    np.testing.assert_array_equal(np.isfinite(dem.heights), known[::-1])
+    np.testing.assert_array_equal(known, picture != clear)
 
 
 def test_oblong_pixels_become_square_cells():

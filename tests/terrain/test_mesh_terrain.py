@@ -169,3 +169,31 @@ def test_every_door_tells_it(tmp_path):
     args = ["terrain", "info", str(path), "--scale", "0.3048", "--resolution", "0.3"]
     assert run.invoke(app, args).exit_code == 2
     assert run.invoke(app, [*args, "--most-error", "0.5"]).exit_code == 0
+
+
+def as_obj(solid):
+    return str(solid.export(file_type="obj")).encode()
+
+
+@pytest.mark.parametrize("axis", "xy")
+def test_a_mesh_that_lies_on_its_side_is_refused_by_name(axis, rng):
+    """As programs of animation write it, y up."""
+    x, y = (a.ravel() for a in np.meshgrid(np.linspace(0.0, 8.0, 33), np.linspace(0.0, 6.0, 25)))
+    z = np.round(rng.uniform(0.0, 0.3, len(x)), 3)
+    faces = Delaunay(np.column_stack([x, y])).simplices
+    upright = trimesh.Trimesh(np.column_stack([x, y, z]), faces, process=False)
+    if upright.face_normals[:, 2].sum() < 0:
+        upright.invert()
+    assert decode_terrain(as_obj(upright), "m.obj", most_error=9.0).heights.size
+    turned = {"y": [x, z, -y], "x": [z, x, y]}[axis]
+    lying = trimesh.Trimesh(np.column_stack(turned), upright.faces, process=False)
+    with pytest.raises(InvalidTerrain, match=f"{axis} seems to be up"):
+        decode_terrain(as_obj(lying), "m.obj", most_error=9.0)
+
+
+def test_a_cliff_is_not_taken_for_ground_on_its_side():
+    """70° over all its height, with a ledge: its faces look up, wherever one looks from."""
+    xs, zs = np.array([0.0, 1.0, 1.5, 2.5]), np.array([0.0, 2.7, 2.7, 5.4])
+    cliff = trimesh.Trimesh(strips(xs, zs, 8.0).vertices, strips(xs, zs, 8.0).triangles, process=False)
+    dem = decode_terrain(as_obj(cliff), "c.obj", most_error=1.0)
+    assert np.nanmax(dem.heights) == pytest.approx(5.4, abs=0.3)

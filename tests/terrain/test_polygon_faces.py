@@ -143,3 +143,42 @@ def test_surfaces_that_no_reader_takes_are_refused(name, more, words):
         content = f"{head}{strips}{corners}4 0 1 3 2\n".encode()
     with pytest.raises(InvalidTerrain, match=words):
         decode_terrain(content, name, unit="m" if name == "a.ply" else None, up="z" if name == "a.ply" else None)
+
+
+def textured(order, faces, uneven):
+    """A PLY whose faces have coordinates of a texture, too: as many as corners, or of the first face one more."""
+    form = "binary_little_endian" if order == "<" else "binary_big_endian"
+    head = (
+        f"ply\nformat {form} 1.0\nelement vertex {len(VERTICES)}\nproperty double x\nproperty double y\n"
+        f"property double z\nelement face {len(faces)}\nproperty list uchar int vertex_indices\n"
+        "property list uchar float texcoord\nproperty uchar red\nend_header\n"
+    ).encode()
+    body = b"".join(struct.pack(f"{order}3d", *vertex) for vertex in VERTICES)
+    for number, face in enumerate(faces):
+        said = 2 * len(face) + (uneven and number == 0)
+        body += struct.pack(f"{order}B{len(face)}iB{said}fB", len(face), *face, said, *[0.5] * said, 9)
+    return head + body
+
+
+@pytest.mark.parametrize("uneven", [False, True])
+@pytest.mark.parametrize("order", "<>")
+@pytest.mark.parametrize(
+    "faces",
+    [FACES, [[0, 1, 2, 7], [8, 9, 10, 11]], [[0, 1, 2], [0, 2, 3]]],
+    ids=["mixed", "four", "three"],
+)
+def test_faces_with_a_texture_are_cut_as_those_without(faces, order, uneven):
+    content = textured(order, faces, uneven)
+    with_texture = decode_terrain(content, "t.ply", resolution=0.125, most_error=2.0)
+    lines = [f"v {x} {y} {z}" for x, y, z in VERTICES]
+    lines += [f"f {' '.join(str(i + 1) for i in face)}" for face in faces]
+    without = decode_terrain("\n".join(lines).encode(), "t.obj", resolution=0.125, most_error=2.0)
+    np.testing.assert_array_equal(with_texture.heights, without.heights)
+    assert polygons_in(content, "ply") is (uneven or len(faces[0]) != 3)
+
+
+def test_a_byte_order_mark_hides_no_vertex():
+    marked = decode_terrain(b"\xef\xbb\xbf" + obj(), "pit.obj", resolution=0.25, most_error=2.0)
+    np.testing.assert_array_equal(
+        marked.heights, decode_terrain(obj(), "pit.obj", resolution=0.25, most_error=2.0).heights
+    )

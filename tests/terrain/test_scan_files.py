@@ -2,6 +2,7 @@
 
 import io
 import json
+import zlib
 from typing import Any
 
 import laspy
@@ -17,6 +18,7 @@ import footfall
 from footfall.cli import app
 from footfall.core.errors import InvalidTerrain
 from footfall.core.frames import inverse, quat_wxyz, rotation, transform
+from footfall.io.depth_files import read_depth
 from footfall.io.scan_files import read_scan
 from footfall.io.scan_terrain import pose_of, terrain_from_scan
 from footfall.io.terrain_files import decode_terrain
@@ -255,3 +257,81 @@ def test_units_multiply(points):
     assert height_at(dem, 1.5, 2.0) == pytest.approx(0.3 * np.sin(1.5) + 0.2, abs=2e-3)
     with pytest.raises(InvalidTerrain, match="for scans"):
         decode_terrain(b"ncols 1\nnrows 1\nxllcorner 0\nyllcorner 0\ncellsize 1\n0\n", "a.asc", unit="ft")
+
+
+FAR = np.array([500_000.0, 5_180_000.0, 0.0])
+
+
+@pytest.mark.parametrize("name", ["a.ply", "text.ply", "binary.pcd", "ascii.pcd", "a.vtk", "binary.vtk"])
+def test_numbers_of_32_bit_far_from_the_origin_are_refused(name, points):
+    near, far = (FORMATS[name](p) for p in (points, points + FAR))
+    near, far = (c.replace(b"property double", b"property float") for c in (near, far))
+    if name == "a.ply":
+        head, body = (points + FAR).astype("<f4"), far.index(b"end_header\n") + 11
+        far = far[:body] + head.tobytes()
+    if name.endswith(".vtk"):
+        far = far.replace(b" double", b" float", 1)
+    if name == "binary.vtk":
+        far = far[: far.index(b"float\n") + 6] + (points + FAR).astype(">f4").tobytes()
+    with pytest.raises(InvalidTerrain, match="seven digits"):
+        decode_terrain(far, name, unit="m", up="z", resolution=0.1)
+    if name.endswith(".pcd"):
+        assert decode_terrain(near, name, unit="m", up="z", resolution=0.1).remembers
+
+
+def test_doubles_far_from_the_origin_are_read(points):
+    for name in ("a.ply", "a.vtk", "binary.vtk", "a.csv"):
+        dem = decode_terrain(FORMATS[name](points + FAR), name, unit="m", up="z", resolution=0.1)
+        assert height_at(dem, FAR[0] + 1.5, FAR[1] + 2.0) == pytest.approx(0.3 * np.sin(1.5) + 0.2, abs=2e-3)
+
+
+def test_a_viewpoint_that_a_pcd_names_is_not_passed_over(points):
+    seen = (
+        pcd(points)
+        .replace(b"VIEWPOINT 0.0 0.0 0.0", b"VIEWPOINT 1.0 0.0 2.5")
+        .replace(b"VIEWPOINT 0 0 0", b"VIEWPOINT 1 0 2.5")
+    )
+    assert seen != pcd(points)
+    with pytest.raises(InvalidTerrain, match="viewpoint") as refused:
+        decode_terrain(seen, "a.pcd", unit="m", up="z", resolution=0.1)
+    assert "--pose 1" in refused.value.message
+    raised = decode_terrain(seen, "a.pcd", unit="m", pose=[1, 0, 2.5, 1, 0, 0, 0], resolution=0.1)
+    assert height_at(raised, 2.5, 2.0) == pytest.approx(0.3 * np.sin(1.5) + 2.7, abs=2e-3)
+    same = decode_terrain(seen, "a.pcd", unit="m", pose=[0, 0, 0, 1, 0, 0, 0], resolution=0.1)
+    assert height_at(same, 1.5, 2.0) == pytest.approx(0.3 * np.sin(1.5) + 0.2, abs=2e-3)
+
+
+@pytest.mark.parametrize(
+    ("heading", "unit", "words"),
+    [
+        ("x [mm],y [mm],z [mm]", "m", "--unit mm"),
+        ("X(ft);Y(ft);Z(ft)", "m", "--unit ft"),
+        ("x [m],y [m],z [cm]", "m", "--unit cm"),
+        ("x [deg],y [deg],z [m]", "m", "degrees"),
+        ("x [m],y [m],z [m]", "m", None),
+        ("x [a],y (b),z", "m", None),
+    ],
+)
+def test_the_unit_that_a_heading_says_is_not_passed_over(heading, unit, words, points):
+    separator = ";" if ";" in heading else ","
+    content = text(points, separator, heading + "\n")
+    if words is None:
+        assert decode_terrain(content, "a.csv", unit=unit, up="z", resolution=0.1).remembers
+        return
+    with pytest.raises(InvalidTerrain, match=words):
+        decode_terrain(content, "a.csv", unit=unit, up="z", resolution=0.1)
+
+
+def test_counts_that_a_depth_image_declares_transparent_are_unknown():
+    T = camera()
+    counts = np.nan_to_num(np.round(depths(T) / 0.0005)).astype(np.uint16)
+    counts[counts == 0] = 65535
+    picture = io.BytesIO()
+    Image.fromarray(counts).save(picture, "PNG")
+    chunk = b"tRNS" + (65535).to_bytes(2, "big")
+    content = picture.getvalue()
+    content = content[:33] + (2).to_bytes(4, "big") + chunk + zlib.crc32(chunk).to_bytes(4, "big") + content[33:]
+    calibration = {"focal_length": 200.0, "cx": 160.0, "cy": 120.0, "depth_scale": 0.0005}
+    scan = read_depth(content, "d.png", calibration)
+    assert len(scan.points) == (counts != 65535).sum()
+    assert 0 < len(scan.points) < counts.size

@@ -123,7 +123,7 @@ def calibration_text(path: Path) -> str:
     if path.stat().st_size > _MOST_BYTES:
         raise InvalidImages(f"{path.name} is larger than 1 MiB: no calibration file")
     try:
-        return path.read_text(encoding="utf-8")
+        return path.read_text(encoding="utf-8-sig")
     except UnicodeDecodeError as err:
         raise InvalidImages(f"{path.name} is no text file") from err
 

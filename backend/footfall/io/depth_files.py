@@ -1,8 +1,9 @@
 """Depth images: how far the ground is along a camera's axis, with the calibration that makes points of it.
 
 ``.npz`` holds ``depth`` (rows, cols) [m], not finite or not above zero where unknown, and either the calibration too
-(``focal_length`` or ``fx`` and ``fy``, ``cx``, ``cy`` [px]) or a file has it. ``.png`` has 16 bits, 0 where unknown;
-its calibration says ``depth_scale``, the metres of one count. The image is rectified: it has no lens distortion.
+(``focal_length`` or ``fx`` and ``fy``, ``cx``, ``cy`` [px]) or a file has it. ``.png`` has 16 bits, unknown
+where it has 0 or the count that it declares transparent; its calibration says ``depth_scale``, the metres of one count.
+The image is rectified: it has no lens distortion.
 """
 
 import io
@@ -75,9 +76,12 @@ def _png(content: bytes, name: str) -> Array:
                 raise InvalidTerrain(f"{name} has {image.width} × {image.height} pixels; the limit is {MAX_PIXELS}")
             if not image.mode.startswith("I"):
                 raise InvalidTerrain(f"{name} has pixels of mode {image.mode}; a depth image is grey with 16 bits")
-            return np.asarray(image, np.float64)
+            depth, clear = np.array(image, np.float64), image.info.get("transparency")
     except (OSError, SyntaxError, ValueError, Image.DecompressionBombError) as err:
         raise InvalidTerrain(f"{name} is damaged, or no PNG") from err
+    if clear is not None:
+        depth[depth == clear] = np.nan
+    return depth
 
 
 def _number(members: Mapping[str, object], member: str, name: str) -> float:

@@ -126,11 +126,33 @@ def _ply_polygons(content: bytes) -> bool:
         return any(row.split(None, 1)[0] != b"3" for row in rows[:count])
     order = ">" if form == b"binary_big_endian" else "<"
     skipped = sum(number * sum(np.dtype(_NUMBERS[one[0]]).itemsize for one in others) for _, number, others in before)
+    if any(one[0] == "list" for one in properties[1:]):
+        return _listed_polygons(body, skipped, count, properties, order)
     corners = [("count", order + _NUMBERS[properties[0][1]]), ("corners", order + _NUMBERS[properties[0][2]], (3,))]
     row = np.dtype([*corners, *((one[1], order + _NUMBERS[one[0]]) for one in properties[1:])])
     if len(body) < skipped + count * row.itemsize:
         return False  # it is cut
     return bool((np.frombuffer(body, row, count, skipped)["count"] != 3).any())
+
+
+def _listed_polygons(body: bytes, at: int, count: int, properties: list[list[str]], order: str) -> bool:
+    """Whether faces that have more lists than one, such as coordinates of a texture, differ in the lengths of a list,
+    or have other than three corners."""
+    first, _ = _binary(body, at, min(count, 1), properties, order, "face")
+    fields: list[tuple[str, str] | tuple[str, str, tuple[int]]] = []
+    lengths: dict[str, int] = {}
+    for number, one in enumerate(properties):
+        if one[0] != "list":
+            fields.append((f"of {number}", order + _NUMBERS[one[0]]))
+            continue
+        held = first[0][one[3]] if first else []
+        lengths[f"count {number}"] = length = len(held) if isinstance(held, list) else 0
+        fields += [(f"count {number}", order + _NUMBERS[one[1]]), (f"of {number}", order + _NUMBERS[one[2]], (length,))]
+    row = np.dtype(fields)
+    if lengths.get("count 0") != 3 or len(body) < at + count * row.itemsize:
+        return True
+    rows = np.frombuffer(body, row, count, at)
+    return any((rows[name] != length).any() for name, length in lengths.items())
 
 
 def _of_ply(content: bytes) -> tuple[NDArray[np.float64], list[NDArray[np.int64]]]:

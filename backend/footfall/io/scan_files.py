@@ -260,6 +260,64 @@ def _is_number(word: str) -> bool:
     return True
 
 
+def require_unit_of_heading(content: bytes, name: str, unit: str | None) -> None:
+    """Raise InvalidTerrain where the heading of a text says another unit than is stated, or degrees."""
+    if not name.lower().endswith((".xyz", ".csv", ".txt")):
+        return
+    heading = content[:65536].decode("utf-8", "replace").lstrip("\ufeff").lstrip().partition("\n")[0]
+    for said in re.findall(r"[xyzXYZ]\s*[\[(]\s*([^\])]{1,20}?)\s*[\])]", heading):
+        meant = _SAID.get(said.lower())
+        if meant == "deg":
+            raise InvalidTerrain(f"{name} has coordinates in degrees, as its heading says; reproject it to metres")
+        if None not in (meant, unit) and meant != unit:
+            raise InvalidTerrain(
+                f"the heading of {name} says {said}, not {unit}: state --unit {meant}, or correct the heading",
+                unit=meant,
+            )
+
+
+_SAID = {
+    **dict.fromkeys(("m", "metre", "metres", "meter", "meters"), "m"),
+    **dict.fromkeys(("cm", "centimetre", "centimetres", "centimeter", "centimeters"), "cm"),
+    **dict.fromkeys(("mm", "millimetre", "millimetres", "millimeter", "millimeters"), "mm"),
+    **dict.fromkeys(("km", "kilometre", "kilometres", "kilometer", "kilometers"), "km"),
+    **dict.fromkeys(("ft", "foot", "feet"), "ft"),
+    **dict.fromkeys(("us-ft", "us ft", "usft", "ftus", "us survey foot", "us survey feet"), "us-ft"),
+    **dict.fromkeys(("deg", "degree", "degrees", "°"), "deg"),
+}
+"""How headings spell units."""
+
+
+def require_no_viewpoint(content: bytes, name: str) -> None:
+    """Raise InvalidTerrain for a PCD that names a viewpoint: whether its points are in the frame of it, none says."""
+    named = re.search(rb"^VIEWPOINT[ \t]+([^\r\n]+)", content[:65536], re.MULTILINE)
+    if not name.lower().endswith(".pcd") or named is None:
+        return
+    words = named[1].decode("ascii", "replace").split()
+    if words[:3] + words[4:] == ["0"] * 6 or not all(_is_number(word) for word in words):
+        return
+    x, y, z, _, *turn = (float(word) for word in words)
+    if any((x, y, z, *turn)):
+        raise InvalidTerrain(
+            f"{name} was taken from the viewpoint {' '.join(words)}, and PCD does not say whether its points are in "
+            f"its frame: if they are, state where that was, such as --pose {','.join(words)}; if they are in site, "
+            "--pose 0,0,0,1,0,0,0"
+        )
+
+
+def rounding_of(content: bytes, name: str, points: Array) -> float:
+    """How far numbers of 32 bit may move these points [their unit]; 0 where a file has more digits, or is text."""
+    header = content[:65536]
+    of_32 = {
+        ".ply": rb"^property float(?:32)? [xyz]\s*$",
+        ".pcd": rb"^SIZE[ \t]+4\b",
+        ".vtk": rb"^POINTS[ \t]+\d+[ \t]+float\b",
+    }.get(Path(name).suffix.lower())
+    if of_32 is None or re.search(of_32, header, re.MULTILINE) is None:
+        return 0.0
+    return float(np.abs(points).max()) * 2.0**-23
+
+
 _SURFACES = ("triangle", "quad", "polygon")
 
 

@@ -11,15 +11,26 @@ from numpy.typing import NDArray
 from footfall.core.errors import InvalidTerrain
 from footfall.core.frames import rotation_from_quat_wxyz, transform
 from footfall.io.depth_files import DEPTH_IMAGES, read_depth
-from footfall.io.scan_files import SCANS, ply_has_faces, projection_in, read_scan
+from footfall.io.scan_files import (
+    SCANS,
+    ply_has_faces,
+    projection_in,
+    read_scan,
+    require_no_viewpoint,
+    require_unit_of_heading,
+    rounding_of,
+)
 from footfall.io.terrain_place import in_projection, projection_of
 from footfall.io.terrain_sidecars import require_read
 from footfall.terrain.dem import Dem
 from footfall.terrain.gridding import terrain_of_scan
-from footfall.terrain.scan import ScanSettings
+from footfall.terrain.scan import UNITS, ScanSettings
 
 if TYPE_CHECKING:
     from rasterio.crs import CRS
+
+_MOST_ROUNDED = 0.1
+"""Share of a cell that numbers of 32 bit may move points by: they are averaged, vertices of a mesh are not."""
 
 
 def is_scan(content: bytes, name: str) -> bool:
@@ -74,9 +85,18 @@ def terrain_from_scan(
         raise InvalidTerrain(f"a calibration is for depth images ({', '.join(DEPTH_IMAGES)}); {name} has points")
     else:
         scan = read_scan(content, name)
+        require_unit_of_heading(content, name, unit)
+        if T_site_sensor is None:
+            require_no_viewpoint(content, name)
         if projection is not None and T_site_sensor is None:
             scan = replace(scan, unit=scan.unit or "m")
     dem = terrain_of_scan(scan, settings, unit, up, T_site_sensor)
+    off = rounding_of(content, name, scan.points) * UNITS[unit or scan.unit or "m"]
+    if off > _MOST_ROUNDED * dem.geometry.resolution:
+        raise InvalidTerrain(
+            f"{name} keeps seven digits of coordinates up to {np.abs(scan.points).max():z.0f}, so its points lie up to "
+            f"{off:z.2g} m off; export it about an origin near the ground, or as doubles"
+        )
     if T_site_sensor is not None:
         return dem  # in the site's frame, whatever the sensor's was
     return in_projection(dem, projection_in(content, name) or projection, name)

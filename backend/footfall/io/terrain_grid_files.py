@@ -183,6 +183,8 @@ def read_png(
 ) -> Dem:
     """Grey picture of 8 or 16 bit: black is the lower, white the upper end of ``height_range`` [m].
 
+    The grey that it declares transparent (``tRNS``) is unknown, as GDAL has it.
+
     size: (east, north) extent of the whole picture [m]; its south-west corner lies at (0, 0). Pixels
     that are not square, or another resolution, are brought to square cells by bilinear interpolation.
     """
@@ -200,9 +202,11 @@ def read_png(
         raise InvalidTerrain(f"height_range must be (lower, upper) in metres, not {height_range!r}")
     try:
         with Image.open(io.BytesIO(content), formats=("PNG",)) as picture:
-            grey = np.asarray(picture, dtype=np.float64)
+            grey, clear = np.array(picture, dtype=np.float64), picture.info.get("transparency")
     except (OSError, SyntaxError, ValueError, struct.error) as err:
         raise InvalidTerrain(f"{name} is a corrupt PNG: it is damaged or cut") from err
+    if clear is not None:
+        grey[grey == clear] = np.nan
     heights = (span[0] + (span[1] - span[0]) * grey / (2**depth - 1))[::-1]
     spacing_x, spacing_y = extent[0] / cols, extent[1] / rows
     cell = float(min(spacing_x, spacing_y)) if resolution is None else resolution

@@ -1,5 +1,6 @@
 """Terrain as triangle meshes: PLY, OBJ, OFF and STL through trimesh."""
 
+import codecs
 import io
 import re
 
@@ -18,6 +19,11 @@ from footfall.terrain.ground.triangulate import triangulate
 MAX_CLOSED_SHARE = 0.1
 """A mesh is a surface while at most this share of it, seen from above, are closed solids."""
 
+_ONE_WAY = 0.9
+"""A share of what is seen of a mesh along an axis, by area, that looks one way where that axis is up."""
+_STEEPEST = 10.0
+"""Rise per run of a whole mesh that is no ground."""
+
 MAX_TRIANGLES = 20_000_000
 MAX_COORDINATE = 1e8
 """Farther vertices [m] are refused: products of such numbers would leave the range of floats."""
@@ -29,6 +35,7 @@ def read_mesh(
     """Highest surface of a mesh, z up; see :func:`footfall.terrain.ground.mesh_terrain.terrain_of_mesh`."""
     ending = name.rsplit(".", 1)[-1].lower()
     try:
+        content = content.removeprefix(codecs.BOM_UTF8) if ending in ("obj", "off") else content
         _require_faces(content, ending)
         given = _counted_from_one(content) if ending == "obj" else content
         polygons = polygons_in(given, ending)
@@ -53,6 +60,11 @@ def read_mesh(
     used[triangles] = True
     check_no_value_numbers(vertices[used, 2], name, "leave those vertices and their faces out")
     mesh = Mesh(vertices, triangles.astype(np.int32))
+    if (axis := _other_up(mesh)) is not None:
+        raise InvalidTerrain(
+            f"{name} lies on its side: seen along {axis} its faces look one way, seen along z they don't, so that "
+            f"{axis} seems to be up; export it with z up"
+        )
     if (closed := closed_share(mesh)) > MAX_CLOSED_SHARE:
         raise InvalidTerrain(
             f"{name} is not a surface: {closed:.0%} of it, seen from above, are closed solids (up to "
@@ -67,6 +79,23 @@ def read_mesh(
             f"lie up to {_rounding(vertices):.2g} m off; export it about an origin near the ground, or as doubles"
         )
     return dem
+
+
+def _other_up(mesh: Mesh) -> str | None:
+    """The axis that is up in a mesh that lies on its side; None where z may be up.
+
+    A map seen along another axis than its own shows less of itself, and as much of its back as of its front; a cliff
+    shows its front from everywhere, and one as steep as ``_STEEPEST`` is none to walk on.
+    """
+    corners = np.asarray(mesh.vertices, np.float64)[mesh.triangles]
+    normals = np.cross(corners[:, 1] - corners[:, 0], corners[:, 2] - corners[:, 0])
+    seen, front = np.abs(normals).sum(axis=0), np.abs(normals.sum(axis=0))
+    for number, axis in enumerate("xy"):
+        one_way = front[number] > _ONE_WAY * seen[number]
+        both_ways = front[2] < 0.5 * seen[2]
+        if one_way and seen[number] > seen[2] * (1.0 if both_ways else _STEEPEST):
+            return axis
+    return None
 
 
 def _of_library(content: bytes, ending: str) -> tuple[np.ndarray, np.ndarray]:
