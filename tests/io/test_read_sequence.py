@@ -145,6 +145,15 @@ def test_bad_json_is_told(text, message, tmp_path):
         read_sequence(path)
 
 
+@pytest.mark.parametrize("about", [None, 7, [], "x"])
+def test_what_a_seqjson_says_of_itself_is_an_object(about, step, athlete, tmp_path):
+    sequence, dem, _ = step
+    document = json.loads(written(tmp_path, sequence, "seqjson").read_text())
+    document["metadata"] = about
+    with pytest.raises(InvalidSequence, match="metadata must be an object"):
+        sequence_of("a.seq.json", json.dumps(document).encode(), athlete, dem)
+
+
 @settings(max_examples=30)
 @given(data=st.data())
 @pytest.mark.parametrize("format", FORMATS)

@@ -14,6 +14,7 @@ from footfall.sequence.commands import Command, RuleResult
 from footfall.sequence.rules import SPEED_TOLERANCE, check_rules
 from footfall.sequence.sequence_settings import SequenceSettings
 from footfall.telemetry.command_kinds import KINDS
+from footfall.terrain.from_arrays import from_heights
 
 LEG = 2
 OWN = slice(6 * LEG, 6 * LEG + 6)
@@ -64,6 +65,31 @@ def test_a_start_of_other_numbers_is_refused(athlete, start, index, number):
         with pytest.raises(InvalidSequence) as caught:
             check_rules(athlete, (), np.zeros(shape), np.eye(4))
         assert caught.value.details["shape"] == list(shape)
+
+
+def test_a_start_in_degrees_or_beyond_the_world_is_refused(athlete, start):
+    with pytest.raises(InvalidSequence, match="degrees"):
+        check_rules(athlete, (), np.degrees(start), np.eye(4))
+    away = np.eye(4)
+    away[0, 3] = 1e300
+    with pytest.raises(InvalidSequence, match="origin"):
+        check_rules(athlete, (), start, away)
+
+
+@pytest.mark.parametrize("far", [40.0, -1e308])
+@pytest.mark.parametrize("name", ["LEG_MOVE", "LEG_LOWER", "POSTURE_MOVE"])
+def test_what_a_move_to_degrees_meets_is_not_asked(athlete, start, name, far):
+    alone = name != "POSTURE_MOVE"
+    joints = (start[OWN] if alone else start).copy()
+    joints[1] = far
+    force = 50.0 if name == "LEG_LOWER" else None
+    command = Command(name, LEG if alone else None, joints, 9.0, force=force)
+    ground = from_heights(np.full((20, 20), -1.9), 0.5, -5.0, -5.0)
+    results = asked(athlete, start, command, dem=ground)
+    assert broken(results) == {"joint-limits"}
+    assert not {"speed", "no-drag"} & results.keys()
+    back = asked(athlete, start, command, Command("POSTURE_MOVE", None, start, 9.0))
+    assert broken(back) == set()
 
 
 def test_every_kind_of_command_is_asked_its_own_rules_and_they_have_units(athlete, start):

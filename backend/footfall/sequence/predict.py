@@ -5,13 +5,22 @@ import numpy as np
 from footfall.core.arrays import Array
 from footfall.sequence.commands import Command
 
+FARTHEST = 4.0 * np.pi
+"""An angle beyond two turns [rad] is no posture's, such as one in degrees: what such a move meets is not asked."""
+
 
 def target(command: Command, leg_count: int) -> tuple[slice, Array] | None:
     """Which joints of a posture a command moves, and the angles that it moves them to [rad].
 
     Six joints for the moves of one leg, all for POSTURE_MOVE. None where it moves nothing: a WAIT, or not well enough
-    formed (unknown name or leg, another number of joints, joints that are not finite).
+    formed (unknown name or leg, another number of joints, joints that are not finite or beyond FARTHEST).
     """
+    moved = addressed(command, leg_count)
+    return None if moved is None or np.abs(moved[1]).max() > FARTHEST else moved
+
+
+def addressed(command: Command, leg_count: int) -> tuple[slice, Array] | None:
+    """As :func:`target`, however far the angles are."""
     kind, leg, joints = command.kind, command.leg, command.joints
     if not kind.moves or joints is None or joints.shape != (kind.joint_count(leg_count),):
         return None

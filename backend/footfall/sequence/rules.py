@@ -30,7 +30,8 @@ The six before the last need a terrain; the last stands only where it fails (row
 What a LEG_LOWER of a sequence leads to is where its wheel first touches the terrain, as if wheel and ground were rigid.
 A sequence that knows how the rover stood at rest is asked where the sagging rover is predicted to be, and for two more
 rules: ``yielding_rules``. Its set points have the rules joint-limits and speed.
-A rule that can't be asked because an earlier one of the same row failed (the speed of NaN) is left out for that row.
+A rule that can't be asked because an earlier one of the same row failed (the speed of NaN, the motion to 40 rad) is
+left out for that row.
 """
 
 from collections.abc import Iterator
@@ -47,7 +48,7 @@ from footfall.robot.tolerance import within_in_words
 from footfall.sequence.commands import LEG_JOINTS, Command, RuleResult
 from footfall.sequence.motion import check_motion
 from footfall.sequence.passage import passages
-from footfall.sequence.predict import needed_duration, predict, target
+from footfall.sequence.predict import FARTHEST, addressed, needed_duration, predict, target
 from footfall.sequence.sequence_settings import SequenceSettings
 from footfall.sequence.yielding import Yielding
 from footfall.sequence.yielding_rules import check_yielding
@@ -55,6 +56,8 @@ from footfall.telemetry.command_kinds import KINDS, UNKNOWN
 from footfall.terrain.dem import Dem
 
 TERRAIN_GIVEN = "terrain-given"
+FARTHEST_OFF = 1e8
+"""Where a rover may start from the site's origin, along any axis [m]: as far as vertices of meshes."""
 SPEED_TOLERANCE = 1e-9
 """Seconds by which a duration may miss the least one: rounding of a split row, nothing more."""
 
@@ -91,7 +94,11 @@ def check_rules(
     n = 6 * robot.leg_count
     if start.shape != (n,) or not np.isfinite(start).all():
         raise InvalidSequence(f"the start posture needs {n} finite joint angles [rad]", shape=list(start.shape))
+    if (farthest := float(np.abs(start).max())) > FARTHEST:
+        raise InvalidSequence(f"the start posture has an angle of {farthest:z.6g} rad: were these degrees?")
     require_transform(T_site_base, "T_site_base")
+    if (off := float(np.abs(T_site_base[:3, 3]).max())) > FARTHEST_OFF:
+        raise InvalidSequence(f"T_site_base lies {off:z.6g} m from the site's origin, {FARTHEST_OFF:z.0e} m at most")
     results = [RuleResult("not-empty", -1, bool(commands), np.nan, "", f"{len(commands)} commands")]
     if set_points is None:
         reached = (
@@ -141,7 +148,7 @@ def _row_rules(robot: Robot, row: int, command: Command, before: Array) -> Itera
         yield result("force", *checked, "N")
     if np.isfinite(command.duration):
         yield result("duration", command.duration >= 0, f"{command.duration:z.3f} s", command.duration, "s")
-    asked = target(command, robot.leg_count)
+    asked = addressed(command, robot.leg_count)
     if finite and asked is not None:
         own = asked[0]
         spare = room_to_limits(robot, joints, own)
@@ -154,6 +161,8 @@ def _row_rules(robot: Robot, row: int, command: Command, before: Array) -> Itera
             spare[worst],
             "rad",
         )
+        if target(command, robot.leg_count) is None:
+            return
         needed = needed_duration(joints - before[own], robot.speed_limits[own])
         yield result(
             "speed",

@@ -14,6 +14,7 @@ from footfall.io.imports.parsed import (
     layout_in,
     matrix,
     member,
+    members,
     number,
     only,
     require_rows,
@@ -50,7 +51,7 @@ def decode(data: bytes) -> ParsedSequence:
 
 def of_document(document: Any) -> ParsedSequence:
     """The same from parsed JSON."""
-    about = member(document, "metadata", "the file")
+    about = members(member(document, "metadata", "the file"), "metadata")
     for part in _NOT_CARRIED_OUT:
         if document.get(part):
             raise InvalidSequence(f"it has {part}, which FootFall can't carry out; only steps")
