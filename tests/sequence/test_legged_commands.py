@@ -263,6 +263,14 @@ def test_what_breaks_a_rule_fails_its_row(made):
     assert (0, "leg-exists") in failing(made, (Command("LEG_MOVE", 6, step.start[own], 1.0),))
 
 
+@pytest.mark.parametrize("far", [40.0, 1e308])
+def test_a_row_that_goes_to_degrees_breaks_its_limits(made, sequence, far):
+    turned = sequence.start.copy()
+    turned[0] = far
+    command = posture_move(turned, 1e3, "")
+    assert (0, "joint-limits") in failing(made, (command,))
+
+
 def test_a_real_robot_steps_by_commands_of_its_own_joints():
     model = legged_model(read_urdf(described("A1")))
     robot = LeggedRobot(model, always=touching(model.tree, 20).always)

@@ -16,12 +16,12 @@ from footfall.planning.legged.footing import FEET_OFF, rest_heights
 from footfall.planning.legged.problem import LeggedSettings
 from footfall.planning.legged.rolling import Stood
 from footfall.planning.legged.stance import Ground
-from footfall.planning.legged.whole_check import UNITS
+from footfall.planning.legged.whole_check import Margin
 from footfall.robot.legged.legged_robot import LeggedRobot
 from footfall.robot.legged.posture import placed
 from footfall.sequence.commands import AtRest, Command, RuleResult
 from footfall.sequence.legged_passage import LeggedPassage, carried, legged_passages
-from footfall.sequence.predict import needed_duration
+from footfall.sequence.predict import FARTHEST, needed_duration
 from footfall.sequence.rules import SPEED_TOLERANCE
 from footfall.sequence.sampled import samples
 from footfall.sequence.sequence_settings import SequenceSettings
@@ -74,6 +74,8 @@ def check_legged_rules(
         if passage.fell:
             text = "from here on nothing holds the robot on its joints' springs: it would tip over or sit down"
             results.append(RuleResult(RULES["support"], row, False, np.nan, "", text))
+        elif (far := _too_far(robot, row, passage)) is not None:
+            results.append(far)
         elif not np.array_equal(passage.before, passage.after):
             results += motion.rules(row, command, passage)
     if way:
@@ -108,6 +110,18 @@ def _row_rules(robot: LeggedRobot, row: int, command: Command, before: Array) ->
         yield result("speed", spare >= -SPEED_TOLERANCE, text, spare, "s")
 
 
+def _too_far(robot: LeggedRobot, row: int, passage: LeggedPassage) -> RuleResult | None:
+    """The rule of limits broken by a row that goes farther than FARTHEST: its samples would have no end."""
+    travel = np.abs(passage.after - passage.before)
+    most = int(np.argmax(travel))
+    if travel[most] <= FARTHEST:
+        return None
+    name, far = robot.joint_names[most], float(travel[most])
+    unit, guess = ("m", "") if name in robot.layout.sliding else ("rad", ": were these degrees?")
+    text = f"{name} moves by {far:z.6g} {unit}, {FARTHEST:z.1f} {unit} at most in one row{guess}"
+    return RuleResult(RULES["limits"], row, False, np.nan, unit, text)
+
+
 class _Motion:
     """The whole check at dense samples of a row."""
 
@@ -124,7 +138,7 @@ class _Motion:
 
     def rules(self, row: int, command: Command, passage: LeggedPassage) -> Iterator[RuleResult]:
         """A result for each check of the whole robot, where it is least, and for no-drag."""
-        least: dict[str, tuple[float, str, float]] = {}
+        least: dict[str, tuple[Margin, float]] = {}
         dragged = 0.0
         postures = samples(passage.before, passage.after, self.sample)
         touched = {leg: passage.stood[leg, :2] for leg in self.robot.legs if np.isfinite(passage.stood[leg]).all()}
@@ -135,31 +149,33 @@ class _Motion:
                 T, now = carried(self.robot, self.dem, (passage.before, T), q, stood, passage.feet.standing)
                 touched |= {leg: now.soles[leg, :2] for leg in passage.feet.standing}
             dragged = max(dragged, self._dragged(q, T, passage, touched))
-            for name, size, where in self.check.each(q, T, passage.feet):
-                if name not in least or size < least[name][0] or np.isnan(size):
-                    least[name] = size, where, float(share)
-        for name, spare, where in self._set_points(passage):
-            if spare < least[name][0]:
-                least[name] = spare, where, 1.0
-        for name, (size, where, share) in least.items():
-            spare = size + self.allowed.get(name, 0.0)
-            text = f"{name}: {where}, least at {share:.0%} of the row"
+            for name, margin in self.check.each(q, T, passage.feet):
+                if name not in least or margin.size < least[name][0].size or np.isnan(margin.size):
+                    least[name] = margin, float(share)
+        for name, margin in self._set_points(passage):
+            if margin.size < least[name][0].size:
+                least[name] = margin, 1.0
+        for name, (margin, share) in least.items():
+            spare = margin.size + self.allowed.get(name, 0.0)
+            text = f"{name}: {margin.where}, least at {share:.0%} of the row"
             shown = spare if np.isfinite(spare) else np.nan
-            yield RuleResult(RULES[name], row, spare >= 0, shown, UNITS[name], text)
+            yield RuleResult(RULES[name], row, spare >= 0, shown, margin.unit, text)
         away, most = beside(dragged, FEET_OFF)
         text = f"a foot moves {away} m while it is down, {most} m are allowed"
         yield RuleResult("no-drag", row, dragged <= FEET_OFF, FEET_OFF - dragged, "m", text)
 
-    def _set_points(self, passage: LeggedPassage) -> Iterator[tuple[str, float, str]]:
-        """Check, spare and where of what set points take that are not where the joints come to."""
+    def _set_points(self, passage: LeggedPassage) -> Iterator[tuple[str, Margin]]:
+        """Check and margin of what set points take that are not where the joints come to."""
         if np.array_equal(passage.asked, passage.after):
             return
         robot, asked = self.robot, passage.asked
         inside = np.minimum(asked - robot.lower, robot.upper - asked)
         at = int(np.argmin(inside))
-        yield "limits", float(inside[at]), f"the set point of {robot.joint_names[at]}"
+        joint = robot.joint_names[at]
+        yield "limits", Margin(float(inside[at]), f"the set point of {joint}", self.check.unit("limits", joint))
         efforts = np.abs(robot.stiffness * (asked - passage.after)) / robot.efforts
-        yield "effort", 1.0 - float(efforts.max()), f"as it sags, {robot.joint_names[int(np.argmax(efforts))]}"
+        most = robot.joint_names[int(np.argmax(efforts))]
+        yield "effort", Margin(1.0 - float(efforts.max()), f"as it sags, {most}", self.check.unit("effort", most))
 
     def _dragged(self, q: Array, T_site_base: Array, passage: LeggedPassage, touched: dict[int, Array]) -> float:
         """How far a foot that is down is from where it came down, or rolled to [m]. touched: leg → that place, kept."""

@@ -32,8 +32,9 @@ GIVEN_UP = 0.04
 """Share of the leg of its longest stroke that is given up for a wider stance."""
 NARROW = 0.4
 """How much stroke a foot is worth that stands this much nearer to its best place."""
-SPARE = 0.1
-"""Joints are at least this far inside their limits at ease [rad or m]."""
+SPARE, SPARE_OF_SLIDE = 0.1, 0.1
+"""Joints are at least this far inside their limits at ease: those that turn [rad], those that slide by a share of their
+way."""
 
 
 class Ease(NamedTuple):
@@ -83,7 +84,7 @@ def at_ease(robot: LeggedRobot) -> Ease:
             raise InvalidRobot(f"{robot.name}: in its posture {POSTURE!r} the foot of leg {leg} does not get {least}")
         return _ease(robot, apart, q, min(strokes) * robot.length)
     plans = []
-    for share in HEIGHTS:
+    for share in _heights(robot):
         sole_height = -share * robot.length
         choices = [_choices(robot, leg, sole_height) for leg in robot.legs]
         if all(choices):
@@ -101,6 +102,21 @@ def at_ease(robot: LeggedRobot) -> Ease:
         f"and {LIFTED * robot.length:z.3f} m up; name a posture {POSTURE!r} in its robot.toml",
         heights=[share for _, _, share, _ in plans],
     )
+
+
+def _heights(robot: LeggedRobot) -> tuple[float, ...]:
+    """Shares of the leg that are tried.
+
+    Where joints slide, first that at which they are in the middle of their way, then those of legs that are as long.
+    """
+    limbs = [solver.limb for solver in robot.limbs]
+    slides = np.concatenate([limb.slides for limb in limbs])
+    if not slides.any():
+        return HEIGHTS
+    q = np.where(slides, (robot.lower + robot.upper) / 2, np.clip(0.0, robot.lower, robot.upper))
+    lowest = float((placed(robot, q).soles[:, 2] - robot.radii).min())
+    out = max(float(np.abs(q[own][limb.slides]).sum()) for own, limb in zip(robot.slices, limbs, strict=True))
+    return (-lowest / robot.length, *(share * (1 + out / robot.length) for share in HEIGHTS))
 
 
 def _ease(robot: LeggedRobot, apart: BodyPairs, q: Array, stroke: float) -> Ease:
@@ -129,7 +145,8 @@ def _choices(robot: LeggedRobot, leg: int, height: float) -> list[_Choice]:
     found = solver.solve(np.column_stack([xy, np.full(len(xy), height + robot.radii[leg])]))
     q = found.q[np.isfinite(found.left)]
     place = np.nonzero(np.isfinite(found.left))[0]
-    inside = np.minimum(q - limb.lower, limb.upper - q).min(axis=1) >= SPARE
+    spare = np.where(limb.slides, SPARE_OF_SLIDE * (limb.upper - limb.lower), SPARE)
+    inside = (np.minimum(q - limb.lower, limb.upper - q) >= spare).all(axis=1)
     strokes = np.zeros(len(q))
     if inside.any():
         strokes[inside] = _strokes(robot, leg, q[inside])

@@ -9,7 +9,7 @@ from footfall.core.arrays import Array
 from footfall.core.frames import apply
 from footfall.core.polygon import clip, convex_hull
 from footfall.planning.legged.stance import Ground
-from footfall.planning.legged.whole_check import Feet, Refusal
+from footfall.planning.legged.whole_check import Feet, Margin, Refusal
 from footfall.robot.legged.posture import legs_to, placed
 
 LEANS = (0.5, 0.0, 1.0)
@@ -19,7 +19,7 @@ RISES = (1.0, 0.94, 1.04, 0.88, 0.8)
 INWARD = 0.35
 """How far the weight goes inside its polygon at most, beyond the least: share of the way to the polygon's middle."""
 
-Answer = dict[str, tuple[float, str]] | Refusal
+Answer = dict[str, Margin] | Refusal
 
 
 def over_all_feet(

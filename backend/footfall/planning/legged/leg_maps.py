@@ -24,7 +24,7 @@ from footfall.planning.legged.footing import LATTICE, LEAST_DISC, Rest, rest
 from footfall.planning.legged.problem import LeggedSettings, LeggedState
 from footfall.planning.legged.stance import Ground, all_standing
 from footfall.planning.legged.step import begun, provenance, start_refused, tally_in_words
-from footfall.planning.legged.whole_check import LIMIT_RESERVE, Refusal, Tally
+from footfall.planning.legged.whole_check import LIMIT_RESERVE, Margin, Refusal, Tally
 from footfall.robot.legged.legged_robot import LeggedRobot
 from footfall.terrain.dem import Dem
 from footfall.terrain.ground.surface import height_at
@@ -190,14 +190,14 @@ class _Cells:
             return refusals.ROUGH
         return refusals.NOTHING
 
-    def _take(self, row: int, col: int, way: Tally, settled: dict[str, tuple[float, str]]) -> None:
+    def _take(self, row: int, col: int, way: Tally, settled: dict[str, Margin]) -> None:
         """A green cell: the least margins of its foot move."""
         settings, at = self.ground.settings, (row, col)
-        least = {name: min(size, settled[name][0]) for name, (size, _) in way.least.items()}
+        least = {name: min(one.size, settled[name].size) for name, one in way.least.items()}
         lean = settings.least_margin * self.ground.robot.length
         self.code[at] = refusals.NOTHING
-        self.margin[at] = settled["support"][0] + lean
-        self.numbers["margin_lifted"][at] = way.least["support"][0] + lean
+        self.margin[at] = settled["support"].size + lean
+        self.numbers["margin_lifted"][at] = way.least["support"].size + lean
         self.numbers["limit_margin"][at] = least["limits"] + LIMIT_RESERVE
         self.numbers["torque_ratio"][at] = settings.most_effort - least["effort"]
 
@@ -213,9 +213,7 @@ class _Cells:
         }
 
 
-def _step_to(
-    ground: Ground, leg: int, target: Rest, pose: _Begun
-) -> tuple[Tally, dict[str, tuple[float, str]]] | Refusal:
+def _step_to(ground: Ground, leg: int, target: Rest, pose: _Begun) -> tuple[Tally, dict[str, Margin]] | Refusal:
     """The margins of the foot's whole way from a pose and of where it ends, or what refuses it.
 
     The end is asked first, as it is what most tries fail at.

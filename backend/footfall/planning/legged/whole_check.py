@@ -19,7 +19,7 @@ from footfall.robot.legged.posture import Placed, placed
 from footfall.terrain.dem import Dem
 
 UNITS = {"limits": "rad", "disc": "m", "support": "m", "ground": "m", "foot": "m", "self": "m", "effort": ""}
-"""What is checked, in this order, and its unit; of a joint that slides the limits are in metres."""
+"""What is checked, in this order, and its unit; limits of a joint that slides are in metres."""
 LIMIT_RESERVE = 1e-3
 """Joints stay so far inside their limits [rad or m]."""
 DISC_OFF = 0.1
@@ -34,6 +34,14 @@ class Feet(NamedTuple):
     standing: Sequence[int]
     contacts: Array
     normals: Array
+
+
+class Margin(NamedTuple):
+    """How much of a check is left, positive where it holds, and where."""
+
+    size: float
+    where: str
+    unit: str
 
 
 class Refusal(NamedTuple):
@@ -53,25 +61,31 @@ class WholeCheck:
     def __init__(self, robot: LeggedRobot, dem: Dem, settings: LeggedSettings, apart: BodyPairs) -> None:
         self.robot, self.dem, self.settings, self.apart = robot, dem, settings, apart
         self.surfaces = Surfaces(robot)
+        self._sliding = frozenset(robot.layout.sliding)
 
-    def margins(self, q: Array, T_site_base: Array, feet: Feet) -> dict[str, tuple[float, str]] | Refusal:
-        """Margin and where it is least for each check, or the first refusal."""
-        found: dict[str, tuple[float, str]] = {}
+    def margins(self, q: Array, T_site_base: Array, feet: Feet) -> dict[str, Margin] | Refusal:
+        """The least margin of each check, or the first refusal."""
+        found: dict[str, Margin] = {}
         if not np.isfinite(q).all():
             leg = next(leg for leg in self.robot.legs if not np.isfinite(q[self.robot.slices[leg]]).all())
             return Refusal("limits", float("nan"), f"leg {self.robot.leg_names[leg]} does not reach")
-        for name, size, where in self.each(q, T_site_base, feet):
-            if not size >= 0:
-                return Refusal(name, size, where)
-            found[name] = size, where
+        for name, left in self.each(q, T_site_base, feet):
+            if not left.size >= 0:
+                return Refusal(name, left.size, left.where)
+            found[name] = left
         return found
 
-    def each(self, q: Array, T_site_base: Array, feet: Feet) -> Iterator[tuple[str, float, str]]:
-        """Name, margin and where it is least of each check, one after the other, for finite q."""
+    def each(self, q: Array, T_site_base: Array, feet: Feet) -> Iterator[tuple[str, Margin]]:
+        """Name and least margin of each check, one after the other, for finite q."""
         where = placed(self.robot, q)
         judges = (self._limits, self._discs, self._support, self._ground, self._foot, self._self, self._effort)
         for name, judge in zip(UNITS, judges, strict=True):
-            yield name, *judge(q, T_site_base, feet, where)
+            size, at = judge(q, T_site_base, feet, where)
+            yield name, Margin(size, at, self.unit(name, at))
+
+    def unit(self, name: str, where: str) -> str:
+        """Of a check's margin; ``where`` of limits is a joint."""
+        return "m" if name == "limits" and where in self._sliding else UNITS[name]
 
     def _limits(self, q: Array, T_site_base: Array, feet: Feet, where: Placed) -> tuple[float, str]:
         spare = np.minimum(q - self.robot.lower, self.robot.upper - q) - LIMIT_RESERVE
@@ -137,21 +151,21 @@ class Tally:
     """
 
     def __init__(self) -> None:
-        self.least: dict[str, tuple[float, str]] = {}
+        self.least: dict[str, Margin] = {}
         self.refused: dict[str, int] = {}
         self.nearest: dict[str, tuple[float, str]] = {}
 
-    def take(self, margins: dict[str, tuple[float, str]], when: str) -> None:
+    def take(self, margins: dict[str, Margin], when: str) -> None:
         """Keeps the least margin of each check of one configuration that held; ``when`` is told with it."""
-        for name, (size, where) in margins.items():
-            if name not in self.least or size < self.least[name][0]:
-                self.least[name] = size, f"{when}: {where}"
+        for name, left in margins.items():
+            if name not in self.least or left.size < self.least[name].size:
+                self.least[name] = left._replace(where=f"{when}: {left.where}")
 
     def merge(self, other: "Tally") -> None:
         """Keeps the least margins of another tally, too; what refused there is not taken over."""
-        for name, (size, where) in other.least.items():
-            if name not in self.least or size < self.least[name][0]:
-                self.least[name] = size, where
+        for name, left in other.least.items():
+            if name not in self.least or left.size < self.least[name].size:
+                self.least[name] = left
 
     def refuse(self, refusal: Refusal) -> None:
         """Counts what refused one configuration, and keeps by how little at best."""
@@ -163,8 +177,8 @@ class Tally:
     def checks(self) -> tuple[Check, ...]:
         """The checks that held, each with its least margin; NaN where it is not finite."""
         return tuple(
-            Check(name, True, size if np.isfinite(size) else float("nan"), UNITS[name], where)
-            for name, (size, where) in self.least.items()
+            Check(name, True, one.size if np.isfinite(one.size) else float("nan"), one.unit, one.where)
+            for name, one in self.least.items()
         )
 
     def most_refused(self) -> tuple[tuple[str, int], ...]:
