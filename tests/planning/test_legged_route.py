@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 from hypothesis import given
 from hypothesis import strategies as st
-from shapely.geometry import LineString, Point
+from shapely.geometry import LineString, Point, box
 
 import footfall
 from footfall.core.errors import InvalidInput
@@ -15,14 +15,18 @@ from footfall.planning.legged.at_ease import at_ease
 from footfall.planning.legged.guide import guide_to
 from footfall.planning.legged.problem import LeggedSettings
 from footfall.planning.legged.stance import Ground
+from footfall.planning.legged.walk import THIN
+from footfall.planning.legged.way_round import way_round
 from footfall.planning.route.problem import NoGo, RouteSettings, settings_by_leg
 from footfall.planning.walk.problem import WalkGoal
 from footfall.robot.legged.posture import chassis_pose
 from tests.support.described import robot_of
 from tests.support.legged_recheck import Recheck, faults
-from tests.support.walled import GOAL, WALL, walled
+from tests.support.walled import GOAL, HALF, WALL, walled
 
 UNHURRIED = LeggedSettings(time_limit=1e6)
+ONCE = replace(UNHURRIED, least_margin=THIN)
+"""With the margin that a walk is looked for with once more."""
 
 
 @pytest.fixture(scope="module")
@@ -75,6 +79,19 @@ def test_a_walk_along_it_arrives_and_holds_before_judges_of_its_own(robot, groun
     off = max(way.distance(Point(T[:2, 3])) for T in along.plan.Ts_site_base)
     assert off <= 0.15 * robot.length
     assert LineString(along.plan.Ts_site_base[:, :2, 3]).hausdorff_distance(way) <= 0.2 * robot.length
+
+
+def test_a_straight_walk_that_ends_at_the_wall_says_that_a_route_leads_around(robot, ground, start, found):
+    straight = footfall.plan_walk(robot, ground, start, GOAL, ONCE)
+    assert straight.status is Status.NO_PATH
+    assert straight.reason.endswith(
+        f"; a route of {found.plan.length:.2f} m leads around: plan it, then the walk along it"
+    )
+
+
+def test_nothing_is_said_of_routes_where_none_leads_around_and_where_one_goes_straight(robot, start):
+    barred = walled(wall=box(0.6, -HALF, 0.7, HALF))
+    assert [way_round(robot, dem, start, WalkGoal(*GOAL)) for dem in (barred, walled(0.0))] == ["", ""]
 
 
 def test_it_is_among_what_the_walk_was_made_of(start, found, along):

@@ -6,20 +6,18 @@ import numpy as np
 import pytest
 
 import footfall
-from footfall.core.frames import apply, inverse
+from footfall.core.frames import apply
 from footfall.planning.answers import Status
 from footfall.planning.looking.how_to_see import LIFTED, how_to_see, unknown_around
 from footfall.planning.looking.in_view import in_view
 from footfall.robot.kinematics import wheel_centers
-from footfall.sim.raycast import TERRAIN, RayScene
 from footfall.sim.render import render_snapshot
 from footfall.terrain.build import build_terrain
 from footfall.terrain.from_arrays import from_heights
 from footfall.terrain.generate import rock_field
 from footfall.terrain.ground.surface import height_at
-from footfall.terrain.ground.triangulate import triangulate
-from footfall.terrain.rover_mask.selfmask import robot_parts
 from footfall.terrain.terrain_settings import TerrainSettings
+from tests.support.cast_in_view import cast_in_view
 
 SETTINGS = TerrainSettings(resolution=0.05)
 
@@ -41,31 +39,8 @@ def points(rocks):
     return np.column_stack([x, y, height_at(rocks, x, y)])
 
 
-def cast_in_view(robot, dem, state, points):
-    """By rays from the real cameras to the points, which every link and the ground may stop."""
-    T = np.asarray(state.T_site_base)
-    bodies = [triangulate(dem)]
-    bodies += [
-        replace(mesh, vertices=apply(T @ pose, mesh.vertices)) for mesh, pose in robot_parts(robot, state.posture)
-    ]
-    scene, seen = RayScene(bodies), np.zeros(len(points), bool)
-    for spec in robot.description.cameras:
-        both = np.ones(len(points), bool)
-        for camera in (spec.camera_left, spec.camera_right):
-            x, y, depth = apply(inverse(T @ camera.T_base_camera), points).T
-            wide = np.abs(camera.fx * x / depth + camera.cx - (camera.width - 1) / 2) <= (camera.width - 1) / 2
-            high = np.abs(camera.fy * y / depth + camera.cy - (camera.height - 1) / 2) <= (camera.height - 1) / 2
-            both &= (depth >= SETTINGS.min_range) & (depth <= SETTINGS.max_range) & wide & high
-            at, eye = np.flatnonzero(both), (T @ camera.T_base_camera)[:3, 3]
-            away = np.linalg.norm(points[at] - eye, axis=1)
-            hits = scene.first_hits(eye, (points[at] - eye) / away[:, None])
-            both[at] = (hits.body == TERRAIN) & (np.abs(hits.distance - away) <= 0.1)
-        seen |= both
-    return seen
-
-
 def test_it_shows_what_rays_of_the_real_cameras_reach(athlete, rocks, state, points):
-    found, cast = in_view(athlete, rocks, state, points, SETTINGS), cast_in_view(athlete, rocks, state, points)
+    found, cast = (shows(athlete, rocks, state, points, SETTINGS) for shows in (in_view, cast_in_view))
     assert 0.5 < cast.mean() < 0.99
     assert cast[found].mean() >= 0.98  # the ground is looked at once a cell
     assert found[cast].mean() >= 0.93  # the rover's outline is widened by what may be wrong with it

@@ -10,6 +10,7 @@ from footfall.io.link_images import decode_images, encode_images
 from footfall.planning.legged.measured import measured_at_rest, standing_state
 from footfall.planning.legged.under_feet import ground_told
 from footfall.planning.legged.walk import plan_walk
+from footfall.planning.looking.in_view import in_view
 from footfall.robot.legged.posture import placed
 from footfall.sequence.of_legged import make_legged_sequence
 from footfall.sim.raycast import RayScene
@@ -140,6 +141,15 @@ def test_a_walk_is_planned_on_what_it_saw_and_holds_on_the_ground_that_is_there(
     # where feet were put down, the ground is where the images have it
     x, y, z = found.plan.end.contacts.T
     np.testing.assert_allclose(height_at(WORLD, x, y), z, atol=0.006)
+
+
+def test_maps_made_of_images_know_what_is_said_to_be_in_view(robot, state, built):
+    x, y = (one.ravel() for one in np.meshgrid(*[np.arange(-0.59, 0.6, 0.02)] * 2))
+    points = np.column_stack([x, y, height_at(WORLD, x, y)])
+    known, found = np.isfinite(height_at(built, x, y)), in_view(robot, built, state, points, SETTINGS)
+    assert found.mean() >= 0.5
+    assert known[found].mean() >= 0.97
+    assert known[~found].mean() <= 0.5
 
 
 def test_images_of_another_robot_are_refused(snapshot, athlete):

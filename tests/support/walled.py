@@ -12,9 +12,9 @@ WALL: Polygon = box(0.6, -0.3, 0.7, HALF)
 """What of the ground is the wall, in site [m]."""
 
 
-def walled(height: float = 0.5) -> Dem:
-    """The ground, 4 m × 4 m about the origin; height: of the wall [m]."""
+def walled(height: float = 0.5, wall: Polygon = WALL) -> Dem:
+    """The ground, 4 m × 4 m about the origin, with a wall so high [m]."""
     at = np.arange(-round(HALF / CELL), round(HALF / CELL) + 1) * CELL
-    west, south, east, north = WALL.bounds
+    west, south, east, north = wall.bounds
     inside = (west <= at) & (at <= east) & ((south <= at) & (at <= north))[:, None]
     return from_heights(np.where(inside, np.float32(height), np.float32(0)), CELL, float(at[0]), float(at[0]), "a wall")

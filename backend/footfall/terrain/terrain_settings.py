@@ -2,7 +2,7 @@
 
 import math
 from collections.abc import Sequence
-from dataclasses import field
+from dataclasses import field, replace
 
 from footfall.core.errors import InvalidInput
 from footfall.core.value import LATER, Value, before, value
@@ -14,6 +14,8 @@ VIEWS = (WHOLE, COMMON)
 
 LEAST_RANGE = 0.05
 """Ground nearer to a camera than this is not searched for [m]."""
+NEAREST_BY_LEG = 0.3
+"""Of robots that others described, ground is looked at from this share of the longest leg on."""
 MAX_SKEW = 0.02
 """Both images of a pair must be taken within this time of each other [s]: a slow rover moves 1 mm."""
 
@@ -143,6 +145,19 @@ class TerrainSettings(Value):
         if unknown:
             raise InvalidInput(f"there is no pair {', '.join(unknown)}; there are {', '.join(names)}", pairs=unknown)
         return [name for name in names if self.pairs and name not in self.pairs]
+
+
+def terrain_settings_by_leg(longest: float) -> TerrainSettings:
+    """Settings as delivered for a robot that others described: it looks at ground as near to it as it is small.
+
+    Args:
+        longest: length of its longest leg [m].
+
+    Returns:
+        The settings.
+    """
+    own = TerrainSettings()
+    return replace(own, min_range=min(max(NEAREST_BY_LEG * longest, LEAST_RANGE), own.min_range))
 
 
 @value

@@ -13,6 +13,7 @@ from footfall.planning.legged.foot_move import FootMove, foot_moves, plan_of
 from footfall.planning.legged.footing import FEET_OFF, rest
 from footfall.planning.legged.problem import LeggedPlan, LeggedResult, LeggedSettings, LeggedState
 from footfall.planning.legged.stance import Ground, all_standing
+from footfall.planning.legged.to_see import to_see
 from footfall.planning.legged.whole_check import LIMIT_RESERVE, Refusal, Tally
 from footfall.robot.legged.legged_robot import LeggedRobot
 from footfall.robot.legged.posture import placed
@@ -152,7 +153,9 @@ def place_refused(
         text = f"{where} lies {roughly(off)} m off the map; {spans(grid)}; choose a place inside"
         return no_plan(ground, state, Status.OFF_MAP, text, Tally())
     if not known:
-        text = f"the ground at {where} is not known; choose a place on ground that is"
+        way = to_see(ground, state, place)
+        other = "choose a place on ground that is"
+        text = f"the ground at {where} is not known; {f'{way}, or {other}' if way else other}"
         return no_plan(ground, state, Status.UNKNOWN_GROUND, text, Tally())
     return None
 

@@ -21,7 +21,7 @@ from footfall.planning.legged.chassis_poses import poses
 from footfall.planning.legged.foot_move import FootMove, chassis_way, foot_moves, plan_of
 from footfall.planning.legged.guide import GuideLine, guide_to, wave
 from footfall.planning.legged.problem import LeggedPlan, LeggedResult, LeggedSettings, LeggedState
-from footfall.planning.legged.stance import Ground
+from footfall.planning.legged.stance import ASIDE, Ground
 from footfall.planning.legged.step import (
     begun,
     not_judged,
@@ -31,6 +31,8 @@ from footfall.planning.legged.step import (
     start_refused,
     tally_in_words,
 )
+from footfall.planning.legged.to_see import to_see
+from footfall.planning.legged.way_round import way_round
 from footfall.planning.legged.whole_check import Refusal, Tally
 from footfall.planning.route.problem import Route
 from footfall.planning.walk.problem import WalkGoal, goal_of
@@ -76,7 +78,8 @@ class _DeadEnd(NamedTuple):
 class _Walk:
     """How far a walk has come: its foot moves, and for each foot the place on the guide at which it is at ease [m].
 
-    ahead: for each foot move, and for the next one, what else may be tried in its place.
+    ahead: for each foot move, and for the next one, what else may be tried in its place. unfooted: where (2,) the next
+    one found no ground to stand on.
     """
 
     def __init__(self, ground: Ground, state: LeggedState, guide: GuideLine, goal: WalkGoal) -> None:
@@ -85,6 +88,7 @@ class _Walk:
         self.steps: list[_Step] = []
         self.arrival: FootMove | None = None
         self.tries = Tally()
+        self.unfooted: list[Array] = []
         self.ahead = [_moves(self)]
 
     @property
@@ -122,7 +126,7 @@ class _Walk:
         if self.feet_are_there:
             self.arrival = _arrival(self)
             return self.arrival is not None
-        self.tries = Tally()
+        self.tries, self.unfooted = Tally(), []
         step = next(self.ahead[-1], None)
         if step is None:
             return False
@@ -175,8 +179,8 @@ def plan_walk(
         route: along which the chassis goes; None: straight.
 
     Returns:
-        The answer. Of "no": its status, its reason with amounts, whether a thinner margin would do, and the part of the
-        walk that was found.
+        The answer. Of "no": its status, its reason with amounts, whether a route leads around or a thinner margin would
+        do, and the part of the walk that was found.
 
     Raises:
         InvalidInput: the goal makes no sense, the state is of another robot, or the route leads elsewhere.
@@ -187,6 +191,9 @@ def plan_walk(
     ground = Ground(robot, dem, settings)
     between = None if route is None else between_ends(route, state, goal, STRAY * robot.length)
     result = _along(of_measured(_plan(ground, begun(ground, state), goal, progress, between), state), route)
+    if result.status is Status.NO_PATH and route is None:
+        around = way_round(robot, dem, state, goal)
+        result = replace(result, reason=f"{result.reason}; {around}") if around else result
     left = settings.time_limit - (time.monotonic() - began)
     if result.status is not Status.NO_PATH or settings.least_margin <= THIN or left <= 0:
         return result
@@ -263,7 +270,17 @@ def _plan(
 
 def _dead_end(walk: _Walk) -> _DeadEnd:
     what = "the chassis can't get over the goal" if walk.feet_are_there else "no foot can go on"
-    return _DeadEnd(walk.share, _not_found(walk, Status.NO_PATH, f"{what}: {tally_in_words(walk.tries)}"))
+    return _DeadEnd(walk.share, _not_found(walk, Status.NO_PATH, f"{what}: {tally_in_words(walk.tries)}{_seen(walk)}"))
+
+
+def _seen(walk: _Walk) -> str:
+    """What to do where a foot finds no ground because nobody saw it, in words; empty where that is not why."""
+    reach = ASIDE * walk.ground.robot.length
+    for x, y in walk.unfooted:
+        way = to_see(walk.ground, walk.start, (x, y), reach)
+        if way:
+            return f"; ground within {reach:z.2f} m of ({x:z.2f}, {y:z.2f}) m is not known: {way}"
+    return ""
 
 
 def _cut_short(walk: _Walk, farthest: _DeadEnd | None) -> LeggedResult:
@@ -281,9 +298,11 @@ def _moves(walk: _Walk) -> Iterator[_Step]:
         middle = on_guide.copy()
         middle[leg] = (middle[leg] + s) / 2
         x, y, yaw = guide.at(float(middle.mean()))
-        targets = list(islice(ground.footfalls(leg, *ground.home(leg, *guide.at(s))), FOOTFALLS))
+        home = ground.home(leg, *guide.at(s))
+        targets = list(islice(ground.footfalls(leg, *home), FOOTFALLS))
         if not targets:
             walk.tries.refuse(Refusal("footfall", float("nan"), "no ground is known and not too steep"))
+            walk.unfooted.append(home)
         for found in foot_moves(ground, state, leg, targets, x, y, yaw):
             if isinstance(found, FootMove):
                 yield _Step(leg, s, found)

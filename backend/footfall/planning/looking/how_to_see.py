@@ -29,6 +29,8 @@ NEAREST = 2
 """So many legs are asked whether they hide it, the nearest first."""
 MOST = 400
 """Points that are asked about at once: more say no more."""
+FROM_HERE = "take images: from here they show it"
+"""What to do where they do."""
 
 
 def how_to_see(robot: Robot, dem: Dem, state: RobotState, place: ArrayLike, radius: float) -> str:
@@ -50,7 +52,7 @@ def how_to_see(robot: Robot, dem: Dem, state: RobotState, place: ArrayLike, radi
     if len(unknown) == 0:
         return ""
     if in_view(robot, dem, state, unknown).mean() >= ENOUGH:
-        return "take images: from here they show it"
+        return FROM_HERE
     for leg, lifted in islice(_lifted(robot, state, unknown), NEAREST):
         if in_view(robot, dem, lifted, unknown).mean() >= ENOUGH:
             up = f"take images while that leg is {LIFTED:g} m up"

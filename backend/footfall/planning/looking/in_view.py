@@ -2,6 +2,9 @@
 
 A point counts where both cameras of one pair have it in their image, neither the rover nor the ground is in the way,
 and it is as far off as stereo is to be trusted there. Whether its surface can be matched is not known before.
+
+Of robots that others described no image shows where the legs are, and maps leave out all that their outlines, widened
+by what may be wrong with them, cover: so does this, and says of some ground beside them that it does not show.
 """
 
 from collections.abc import Sequence
@@ -12,6 +15,7 @@ from numpy.typing import ArrayLike, NDArray
 from footfall.core.arrays import Array
 from footfall.core.frames import apply, inverse
 from footfall.robot.description import CameraPairSpec
+from footfall.robot.legged.legged_robot import LeggedRobot
 from footfall.robot.model import Robot
 from footfall.telemetry.images import Camera
 from footfall.telemetry.state import RobotState
@@ -22,10 +26,12 @@ from footfall.terrain.terrain_settings import TerrainSettings
 
 SCALE = 0.25
 """Pixels along each side of the image that the rover's outline is drawn in, relative to the camera's."""
+WIDENED, WIDENED_OTHERS = 1, 2
+"""The outline is drawn wider by so much, of robots that others described by more [px, of those]."""
 
 
 def in_view(
-    robot: Robot,
+    robot: Robot | LeggedRobot,
     dem: Dem,
     state: RobotState,
     points: ArrayLike,
@@ -56,7 +62,12 @@ def in_view(
 
 
 def _in_pair(
-    robot: Robot, dem: Dem, state: RobotState, points: Array, spec: CameraPairSpec, settings: TerrainSettings
+    robot: Robot | LeggedRobot,
+    dem: Dem,
+    state: RobotState,
+    points: Array,
+    spec: CameraPairSpec,
+    settings: TerrainSettings,
 ) -> NDArray[np.bool_]:
     shown = np.ones(len(points), bool)
     cameras = [camera.reduced(SCALE) for camera in (spec.camera_left, spec.camera_right)]
@@ -70,7 +81,7 @@ def _in_pair(
 
 
 def _in_image(
-    _robot: Robot, _dem: Dem, state: RobotState, points: Array, camera: Camera, settings: TerrainSettings
+    _robot: Robot | LeggedRobot, _dem: Dem, state: RobotState, points: Array, camera: Camera, settings: TerrainSettings
 ) -> NDArray[np.bool_]:
     u, v, depth = _pixels(state, points, camera)
     near = (settings.min_range <= depth) & (depth <= settings.max_range)
@@ -78,15 +89,17 @@ def _in_image(
 
 
 def _beside_rover(
-    robot: Robot, _dem: Dem, state: RobotState, points: Array, camera: Camera, settings: TerrainSettings
+    robot: Robot | LeggedRobot, _dem: Dem, state: RobotState, points: Array, camera: Camera, settings: TerrainSettings
 ) -> NDArray[np.bool_]:
     u, v, depth = _pixels(state, points, camera)
-    robots = robot_depths(robot, state, camera, settings.mask_margin, 1)
-    return robots[np.rint(v).astype(int), np.rint(u).astype(int)] < depth
+    described = isinstance(robot, LeggedRobot)
+    robots = robot_depths(robot, state, camera, settings.mask_margin, WIDENED_OTHERS if described else WIDENED)
+    there = robots[np.rint(v).astype(int), np.rint(u).astype(int)]
+    return there == 0 if described else there < depth
 
 
 def _over_ground(
-    _robot: Robot, dem: Dem, state: RobotState, points: Array, camera: Camera, _settings: TerrainSettings
+    _robot: Robot | LeggedRobot, dem: Dem, state: RobotState, points: Array, camera: Camera, _settings: TerrainSettings
 ) -> NDArray[np.bool_]:
     return in_sight(dem, (state.T_site_base @ camera.T_base_camera)[:3, 3], points)
 

@@ -1,7 +1,5 @@
 """The terrains of a session: loaded, built from images, blended, cleared, undone."""
 
-from dataclasses import replace
-
 from footfall.core.errors import Conflict
 from footfall.robot.legged.groups import longest_leg
 from footfall.session.core import SessionCore, present
@@ -12,10 +10,8 @@ from footfall.telemetry.images import Snapshot
 from footfall.telemetry.photographs import Photographs
 from footfall.terrain.dem import Dem
 from footfall.terrain.fusion.clear import Area
-from footfall.terrain.terrain_settings import LEAST_RANGE, BlendSettings, TerrainSettings
+from footfall.terrain.terrain_settings import BlendSettings, TerrainSettings, terrain_settings_by_leg
 
-NEAREST = 0.3
-"""Of robots that others described, ground is looked at from this share of the longest leg on."""
 SHORT_JOB = 120.0
 """How long short work, such as clearing or making and editing a sequence, is waited for [s]."""
 
@@ -35,11 +31,8 @@ class Terrains:
 
     def delivered(self) -> TerrainSettings:
         """Settings as delivered: a robot that others described looks at ground as near to it as it is small."""
-        settings, about = TerrainSettings(), self._core.described
-        if about is None:
-            return settings
-        nearest = max(NEAREST * longest_leg(about.model), LEAST_RANGE)
-        return replace(settings, min_range=min(nearest, settings.min_range))
+        about = self._core.described
+        return TerrainSettings() if about is None else terrain_settings_by_leg(longest_leg(about.model))
 
     def build(self, settings: TerrainSettings | None = None) -> Job:
         """Rebuild the ground from the latest snapshot and merge it into the map; without settings, as delivered.
