@@ -19,7 +19,7 @@ from footfall.telemetry.state import RobotState, TelemetryFrame
 from footfall.terrain.dem import Dem
 from footfall.terrain.generate import fractal
 from tests.support.described import robot_of
-from tests.support.jobs import carried_out, finished, result
+from tests.support.jobs import carried_out, finished, result, run_compared
 from tests.support.problems import problem
 from tests.support.server import Running, running_server
 from tests.support.waiting import until
@@ -232,6 +232,8 @@ def test_what_is_athletes_alone_is_refused_by_name(rest, step):
     assert "ATHLETE's legs alone" in problem(loop, 422, "invalid-input")["detail"]
     pairs = rest.post(f"{SESSION}/images", json={})
     assert "no cameras" in pairs.json()["detail"]
+    unnamed = rest.post(f"{SESSION}/sequences", json={})
+    assert "give its digest as plan" in problem(unnamed, 409, "conflict")["detail"]
 
 
 def test_a_rover_of_other_joints_is_turned_away(server, rest, step):
@@ -276,6 +278,9 @@ def test_the_rover_makes_the_step_walks_and_stops_and_all_of_it_replays(server, 
     )
     np.testing.assert_allclose(told["T_site_base"], sequence["Ts_site_base"][-1], atol=1e-9)
     assert min(force[2] for force in told["wheel_forces"]) > 0
+    came = run_compared(rest)
+    assert (came["verdict"], came["rigid"], came["reason"]) == ("as_predicted", True, "it moved as commanded"), came
+    assert {one["verdict"] for one in came["differences"] if one["quantity"] == "load"} == {"not_told"}
 
     live = server.sessions.current
     digest = rest.post(f"{SESSION}/state", json={}).json()["digest"]
@@ -310,4 +315,4 @@ def test_the_rover_makes_the_step_walks_and_stops_and_all_of_it_replays(server, 
     assert report.ok, report.lines()
     assert {one.verdict for one in report.products} == {"same"}
     kinds = {one.kind for one in report.products}
-    assert kinds >= {"described_step", "described_walk", "sequence"}
+    assert kinds >= {"described_step", "described_walk", "sequence", "outcome"}

@@ -13,7 +13,7 @@ from footfall.telemetry.state import RobotState
 from footfall.terrain.dem import Dem
 from footfall.terrain.generate import fractal
 from tests.support.described import robot_of, sprung
-from tests.support.jobs import carried_out, finished, result
+from tests.support.jobs import carried_out, finished, result, run_compared
 from tests.support.sequences import require_same_commands
 from tests.support.server import running_server
 from tests.support.waiting import until
@@ -74,6 +74,11 @@ def test_commands_hold_the_pose_and_the_rover_rests_where_they_are_predicted_to(
         np.testing.assert_allclose(now["T_site_base"], sequence["Ts_site_base"][-1], atol=1e-9)
         np.testing.assert_allclose(now["commanded"], sequence["commanded"][-1], atol=1e-12)
         np.testing.assert_allclose(now["T_site_base"], step["plan"]["Ts_site_base"][-1], atol=2e-4)
+        came = run_compared(rest)
+        assert (came["verdict"], came["rigid"]) == ("as_predicted", False), came
+        assert came["reason"] == "touch-down, loads, drift and sink are as predicted"
+        assert [one["quantity"] for one in came["differences"]] == ["touch-down", *["load"] * 6, "drift", "sink"]
+        assert {one["verdict"] for one in came["differences"]} == {"as_predicted"}
 
         session = server.sessions.current
         kept = session.typed(Sequence, sequence["digest"])

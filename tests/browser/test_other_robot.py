@@ -101,6 +101,9 @@ def test_a_walk_is_planned_commanded_and_carried_out(other: Page, robot_served: 
     end = held(robot_served, f"{SESSION}/telemetry")["T_site_base"]
     assert end[0][3] > begin[0][3]
     expect(other.locator("#next-act")).to_have_text("Walk to…")
+    expect(other.locator("#status-match")).to_have_text("carried out as commanded")
+    expect(other.locator("#outcome-text")).to_have_text("Run 1: it moved as commanded.")
+    expect(other.locator("#outcome-table tbody tr")).to_have_count(2 * legs + 2)
 
 
 def test_a_step_by_keys_and_stop(other: Page, robot_served: Running) -> None:

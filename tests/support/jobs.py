@@ -36,3 +36,11 @@ def carried_out(client: httpx.Client, commands: int) -> None:
         return len(states) == commands and set(states) == {"done"}
 
     until(done, f"{commands} commands carried out")
+
+
+def run_compared(client: httpx.Client) -> dict:
+    """What came of the run that has ended, once the rover is at rest."""
+    return until(
+        lambda: (now := client.get("/sessions/current/run").json()["compared"])["state"] == "compared" and now,
+        "the run compared with its prediction",
+    )

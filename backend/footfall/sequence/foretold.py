@@ -11,6 +11,7 @@ What the prediction does not know, each taken apart:
 The last three are independent: their squares add, and NORMAL_95 of their deviations holds 95 of 100 cases.
 """
 
+from collections.abc import Mapping
 from dataclasses import dataclass, replace
 
 import numpy as np
@@ -27,7 +28,7 @@ from footfall.planning.execution.seen_clearance import NORMAL_95, height_deviati
 from footfall.robot.kinematics import wheel_centers, wheel_jacobian
 from footfall.robot.model import Robot
 from footfall.sequence.commands import Command, Sequence
-from footfall.sequence.outcome import Foretold, Outcome, Seen, compare
+from footfall.sequence.outcome import Foretold, Outcome, compare, seen_at_rest
 from footfall.sequence.sequence_settings import SequenceSettings
 from footfall.sequence.yielding import follow
 from footfall.telemetry.state import RobotState
@@ -61,15 +62,9 @@ def outcome(
     Raises:
         InvalidInput: the sequence has not so many rows, or they are not predicted so far.
     """
-    if not 1 <= rows <= len(sequence.commands):
-        raise InvalidInput(f"a run of {len(sequence.commands)} rows has no row {rows} to compare", rows=rows)
+    require_rows(sequence, rows)
     predicted = foretold(robot, dem, sequence, rows)
-    forces = np.array(state.wheel_forces)
-    seen = Seen(
-        np.array(state.T_site_base),
-        apply(state.T_site_base, wheel_centers(robot, state.posture)),
-        forces if forces.any() else None,
-    )
+    seen = seen_at_rest(state, wheel_centers(robot, state.posture))
     parents = {"robot": robot.digest, "dem": dem.digest, "sequence": sequence.digest, "state": state.digest}
     return Outcome(
         run=run,
@@ -79,6 +74,12 @@ def outcome(
         differences=compare(predicted, seen),
         provenance=Provenance(parents),
     )
+
+
+def require_rows(sequence: Sequence, rows: int) -> None:
+    """Raises InvalidInput where a sequence has not so many rows, or none is asked for."""
+    if not 1 <= rows <= len(sequence.commands):
+        raise InvalidInput(f"a run of {len(sequence.commands)} rows has no row {rows} to compare", rows=rows)
 
 
 def foretold(robot: Robot, dem: Dem, sequence: Sequence, rows: int) -> Foretold:
@@ -162,12 +163,30 @@ def platform_of(robot: Robot, rest: RestingRover, lift: Array) -> Platform:
         How loads and chassis follow ground that is higher under each wheel.
     """
     up = np.array((0.0, 0.0, 1.0))
-    A, K = np.zeros((robot.leg_count, 3, 6)), np.zeros((robot.leg_count, 3, 3))
-    for leg in np.flatnonzero(rest.touching):
-        x, y, z = rest.contacts[leg] - rest.T_site_base[:3, 3]
+    wheel = np.outer(up, up) / robot.description.wheel_stiffness
+    yields = {
+        int(leg): lift[leg] / rest.stiffness[6 * leg : 6 * leg + 6] @ lift[leg].T + wheel
+        for leg in np.flatnonzero(rest.touching)
+    }
+    return platform(rest.contacts, rest.T_site_base[:3, 3], yields)
+
+
+def platform(contacts: Array, middle: Array, yields: Mapping[int, Array]) -> Platform:
+    """A chassis as a platform of springs on the feet that stand, held by friction.
+
+    Args:
+        contacts: of the feet, (legs, 3) in site [m].
+        middle: of the chassis, (3,) in site [m].
+        yields: by leg that stands, how its foot gives way to a force, (3, 3) in site [m/N].
+
+    Returns:
+        How loads and chassis follow ground that is higher under each foot.
+    """
+    A, K = np.zeros((len(contacts), 3, 6)), np.zeros((len(contacts), 3, 3))
+    for leg, yielding in yields.items():
+        x, y, z = contacts[leg] - middle
         A[leg] = np.hstack([np.eye(3), [[0.0, z, -y], [-z, 0.0, x], [y, -x, 0.0]]])
-        yielding = lift[leg] / rest.stiffness[6 * leg : 6 * leg + 6] @ lift[leg].T
-        K[leg] = np.linalg.inv(yielding + np.outer(up, up) / robot.description.wheel_stiffness)
+        K[leg] = np.linalg.inv(yielding)
     AtK = np.swapaxes(A, 1, 2) @ K
     # how the chassis moves and turns for ground that is higher under each wheel, (6, legs)
     moved = np.linalg.pinv(np.sum(AtK @ A, axis=0)) @ AtK[:, :, 2].T

@@ -32,6 +32,7 @@ class LeggedPassage:
     set_points: (joints,) when it begins; asked: when it ends; of a rigid robot they are the postures. stood: (legs, 3)
     soles' centres in site where they stand when it begins; NaN for legs in the air. feet: those that stand through it,
     with contacts and normals of the ground. fell: whether nothing holds the robot any more; it is left as before.
+    forces: of the ground on the feet when it ends, (legs, 3) in site [N]; None of a rigid robot.
     """
 
     set_points: Array
@@ -43,6 +44,7 @@ class LeggedPassage:
     stood: Array
     feet: Feet
     fell: bool = False
+    forces: Array | None = None
 
 
 def asked_for(robot: LeggedRobot, posture: Array, command: Command) -> Array:
@@ -111,7 +113,8 @@ def legged_passages(
             after, T_after = sprung.q, sprung.T_site_base
         elif command.kind.moves_all:
             T_after, stood = carried(robot, dem, (posture, T), after, stood, down)
-        rows.append(LeggedPassage(set_points, asked, posture, after, T, T_after, began, feet, fell))
+        forces = None if sprung is None else sprung.forces
+        rows.append(LeggedPassage(set_points, asked, posture, after, T, T_after, began, feet, fell, forces))
         set_points, posture, T = asked, after, T_after
         put_down([leg for leg in robot.legs if leg == command.leg or (command.kind.moves_all and leg not in down)])
     return rows

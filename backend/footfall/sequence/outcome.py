@@ -3,6 +3,7 @@
 A difference beyond the prediction's own uncertainty says so; what was not predicted, or not measured, is never good.
 """
 
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from typing import Literal
 
@@ -10,7 +11,9 @@ import numpy as np
 
 from footfall.core.arrays import Array
 from footfall.core.errors import InvalidInput
+from footfall.core.frames import apply
 from footfall.core.value import Provenance, Value, value
+from footfall.telemetry.state import RobotState
 
 Verdict = Literal["as_predicted", "differs", "not_told"]
 
@@ -111,21 +114,47 @@ class Seen:
     forces: Array | None
 
 
-def compare(foretold: Foretold, seen: Seen) -> tuple[Difference, ...]:
-    """Touch-down of each wheel that was moved, then every wheel's load, then the chassis."""
-    advice = dict.fromkeys(ADVICE, HOLD) if foretold.rigid else ADVICE
+def seen_at_rest(state: RobotState, feet: Array) -> Seen:
+    """Where a rover is by its telemetry.
+
+    Args:
+        state: at rest, its pose on the map.
+        feet: middles of its wheels or soles, (legs, 3) in base [m].
+
+    Returns:
+        What it is compared by; it has no forces where it reports none.
+    """
+    forces = np.array(state.wheel_forces)
+    T_site_base = np.array(state.T_site_base)
+    return Seen(T_site_base, apply(T_site_base, feet), forces if forces.any() else None)
+
+
+def compare(
+    foretold: Foretold, seen: Seen, advice: Mapping[str, str] | None = None, names: Sequence[str] = ()
+) -> tuple[Difference, ...]:
+    """Each quantity with a verdict.
+
+    Args:
+        foretold: where the rover is predicted to be.
+        seen: where it is.
+        advice: what to do where a quantity differs, by its name; None: what a rover of ATHLETE's build asks for.
+        names: of the legs; none: their numbers.
+
+    Returns:
+        Touch-down of each foot that was moved, then every foot's load, then the chassis.
+    """
+    advice = advice or (dict.fromkeys(ADVICE, HOLD) if foretold.rigid else ADVICE)
+    names = names or [str(leg) for leg in range(len(foretold.hubs))]
     off = np.linalg.norm((seen.hubs - foretold.hubs)[:, :2], axis=1)
     found = [
-        _difference(
-            "touch-down", leg, 0.0, float(off[leg]), float(off[leg]), float(foretold.touch_uncertainty[leg]), advice
-        )
-        for leg in foretold.stepped
+        _difference("touch-down", leg, 0.0, away, away, float(foretold.touch_uncertainty[leg]), advice, names[leg])
+        for leg, away in ((leg, float(off[leg])) for leg in foretold.stepped)
     ]
     for leg in range(len(foretold.hubs)):
         measured = float("nan") if seen.forces is None else float(seen.forces[leg] @ foretold.normals[leg])
         predicted = float(foretold.loads[leg])
         unsure = float(foretold.load_uncertainty[leg])
-        found.append(_difference("load", leg, predicted, measured, measured - predicted, unsure, advice))
+        found.append(_difference("load", leg, predicted, measured, measured - predicted, unsure, advice, names[leg]))
     start, end, now = (T[:3, 3] for T in (foretold.start, foretold.end, seen.T_site_base))
     way, went, apart = (float(np.linalg.norm(move[:2])) for move in (end - start, now - start, now - end))
     found.append(_difference("drift", CHASSIS, way, went, apart, foretold.drift_uncertainty, advice))
@@ -141,7 +170,8 @@ def _difference(
     measured: float,
     difference: float,
     uncertainty: float,
-    advice: dict[str, str],
+    advice: Mapping[str, str],
+    name: str = "",
 ) -> Difference:
     unit = "N" if quantity == "load" else "m"
     verdict: Verdict = "not_told"
@@ -156,12 +186,12 @@ def _difference(
         uncertainty=uncertainty,
         unit=unit,
         verdict=verdict,
-        text=_in_words(quantity, leg, predicted, measured, difference, uncertainty),
+        text=_in_words(quantity, name, predicted, measured, difference, uncertainty),
         advice=advice[quantity] if verdict == "differs" else "",
     )
 
 
-def _in_words(quantity: str, leg: int, predicted: float, measured: float, difference: float, uncertainty: float) -> str:
+def _in_words(quantity: str, leg: str, predicted: float, measured: float, difference: float, uncertainty: float) -> str:
     """In words, with the numbers, finely enough that one beyond the other is seen to be."""
     off, unsure = f"{1e3 * difference:z.1f}", f"± {1e3 * uncertainty:z.1f} mm"
     if quantity == "touch-down":

@@ -262,10 +262,13 @@ def foot_moves(parents: Mapping[str, Any], settings: FootMovesRequest, progress:
 
 def outcome(parents: Mapping[str, Any], settings: OutcomeRequest, progress: Progress) -> Value:
     """robot, dem, sequence, state at rest after a run of it; OutcomeRequest → Outcome."""
+    from footfall.robot.legged.legged_robot import LeggedRobot
     from footfall.sequence.foretold import outcome
+    from footfall.sequence.legged_foretold import legged_outcome
 
     robot, dem, sent, state = (parents[name] for name in ("robot", "dem", "sequence", "state"))
-    return outcome(robot, dem, sent, state, settings.set_points, settings.run, settings.rows)
+    ran = sent, state, settings.set_points, settings.run, settings.rows
+    return legged_outcome(robot, dem, *ran) if isinstance(robot, LeggedRobot) else outcome(robot, dem, *ran)
 
 
 def _plan_of(result: Any) -> Any:

@@ -60,7 +60,10 @@ class ExecutionRequest(Value):
 
 @value
 class OutcomeRequest(Value):
-    """What came of a run, after so many of its rows. set_points: (legs × 6,) of the rover at rest then [rad]."""
+    """What came of a run, after so many of its rows.
+
+    set_points: (joints,) of the rover at rest then [rad or m].
+    """
 
     run: int
     rows: int

@@ -24,7 +24,6 @@ def entered(kind: Kind) -> Kind:
 
 _RECIPES = "footfall.session.jobs.product_recipes"
 _DESCRIBED = "footfall.session.jobs.described_recipes"
-
 TERRAIN = entered(
     Kind(
         name="terrain",
@@ -358,6 +357,7 @@ OUTCOME = entered(
         needs=(*GROUND, "sequence"),
         recipe=f"{_RECIPES}:outcome",
         loads="footfall.sequence.foretold",
+        for_described=True,
     )
 )
 EDIT = entered(

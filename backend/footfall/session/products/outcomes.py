@@ -114,8 +114,6 @@ class Outcomes:
 
     def _not_compared(self, run: RunRecord) -> str:
         """Why a run that has ended can't be compared with its prediction; empty where it can."""
-        if self._core.described is not None:
-            return "runs are compared with their prediction for ATHLETE's legs alone"
         sent = [one for one in self._core.state.commands if one.run == run.number]
         open_rows = [one.row for one in sent if one.state != "done"]
         if open_rows:

@@ -31,7 +31,7 @@ class Sequences:
         as_commanded: as it was planned, whether or not the rover sags; where it ends is then not predicted. Raises
         Conflict, InvalidInput, NotFound.
         """
-        plan = plan_digest or present(self._core.state.plan, "there is no plan yet")
+        plan = plan_digest or present(self._core.state.plan, self._which_plan())
         made, kind = self._core.state.products.get(plan), self._core.state.kind_of(plan)
         if made is None or kind is None or kind.given_as not in COMMANDED:
             raise NotFound(f"the session holds no plan {plan}", digest=plan)
@@ -44,6 +44,12 @@ class Sequences:
             return self.make(self._executions.executed(plan, settings))
         parents = {"robot": self._core.robot_digest, kind.given_as: plan, "dem": made.parents["dem"]}
         return self._core.product_jobs.submit(SEQUENCE, parents, None, urgent=True).finish(SHORT_JOB)
+
+    def _which_plan(self) -> str:
+        """What is missing where no plan is named: of a robot that others described none is the present one."""
+        if self._core.described is None:
+            return "there is no plan yet"
+        return "say which step or walk to make commands of: give its digest as plan"
 
     def edit(self, digest: str, edit: Value) -> str:
         """Apply an Edit to the present sequence, which ``digest`` must name. Raises Conflict, InvalidSequence."""
