@@ -302,3 +302,27 @@ def test_commands_that_were_carried_out_are_told_as_that_where_it_explains_the_r
     assert not refusal("load", fits, heavier).message.startswith(CARRIED_OUT)
     assert MOVED_ON == ("terrain", "start", "set-points", "pose")
     fits(replace(FACTS, carried_out=True))
+
+
+def test_the_chassis_of_a_small_robot_may_have_moved_by_the_same_share_of_its_legs():
+    small = replace(FACTS, reach=0.1)
+    for far, angle in ((POSE_TOLERANCE - OFF, 0.045), (POSE_TOLERANCE + OFF, 0.055)):
+        shifted, turned = T_SITE_BASE.copy(), T_SITE_BASE @ transform(rotation("z", np.array(angle)))
+        shifted[0, 3] += 0.1 * far
+        for T in (shifted, turned):
+            facts = replace(small, frame=frame(T=T))
+            if far < POSE_TOLERANCE:
+                fits(facts)
+                continue
+            error = refusal("pose", fits, facts)
+            assert error.details["limit"] == pytest.approx(0.1 * POSE_TOLERANCE)
+            assert "at most 0.005 m are accepted" in error.message
+
+
+def test_joints_that_slide_are_compared_by_their_way_and_told_in_metres():
+    small, posture = replace(FACTS, reach=0.1, sliding=(NAMES[4],)), START.copy()
+    posture[[3, 4]] += 0.5 * START_TOLERANCE, 0.09 * START_TOLERANCE
+    fits(replace(small, frame=frame(posture=posture)))
+    posture[4] = START[4] + 0.2 * START_TOLERANCE
+    error = refusal("start", fits, replace(small, frame=frame(posture=posture)))
+    assert error.message.startswith("joint4 of the rover is +0.0020 m from where the sequence starts; at most 0.001 m")

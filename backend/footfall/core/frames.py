@@ -143,10 +143,19 @@ def _direction(vector: ArrayLike, name: str) -> Array:
     return v / np.linalg.norm(v)
 
 
-def pose_difference(T_site_a: Array, T_site_b: Array) -> float:
-    """Bound on how far two poses have any point apart that is within 1 m of the origin [m]."""
+def pose_difference(T_site_a: Array, T_site_b: Array, reach: float = 1.0) -> float:
+    """How far two poses have points apart that are near the origin.
+
+    Args:
+        T_site_a: one pose, (4, 4).
+        T_site_b: the other, (4, 4).
+        reach: how far from the origin the points may be [m].
+
+    Returns:
+        A bound on the distance [m] of any of them.
+    """
     shift = float(np.linalg.norm(T_site_a[:3, 3] - T_site_b[:3, 3]))
-    return shift + float(np.linalg.norm(T_site_a[:3, :3] - T_site_b[:3, :3], 2))
+    return shift + reach * float(np.linalg.norm(T_site_a[:3, :3] - T_site_b[:3, :3], 2))
 
 
 def require_transform(T: ArrayLike, name: str) -> Array:

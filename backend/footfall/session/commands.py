@@ -187,7 +187,8 @@ class Commands:
         frame = self._rover.frame
         on_map = None if frame is None else self._fits.place_on_map(frame.state)
         robot = None if self._core.described is not None else self._core.robot
-        return Facts(link.connected, frame, link.age, dem, ground, weight, done, robot, on_map)
+        reach, sliding = self._core.reach, self._core.layout.sliding
+        return Facts(link.connected, frame, link.age, dem, ground, weight, done, robot, on_map, reach, sliding)
 
     def _weight(self, sequence: str) -> float:
         """Weight of rover and payload that a sequence was planned with [N]; of a rigid step, that of its robot."""

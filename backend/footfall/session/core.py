@@ -100,6 +100,16 @@ class SessionCore:
         return built_robot(self.get(self.robot_digest))
 
     @property
+    def reach(self) -> float:
+        """How far from its origin the chassis is compared with where it was [m]: 1 m, or a shorter longest leg."""
+        other = self.described
+        if other is None:
+            return 1.0
+        from footfall.robot.legged.groups import longest_leg
+
+        return min(1.0, longest_leg(other.model))
+
+    @property
     def layout(self) -> "JointLayout":
         """The robot's legs and joints by name."""
         if self._layout is None:

@@ -51,14 +51,15 @@ class Review:
         if unknown or start is None or frame is None:
             return {"ok": None, "joint": None, "difference": None, "reason": unknown, "older_ground": older}
         posture, T_site_base = start
-        place, names = self._fits.place_on_map(frame.state), self._core.layout.joint_names
-        found = max((difference(posture, T_site_base, one, names) for one in place.possible), key=lambda one: one.moved)
-        what = found.beyond(*SENT)
+        place, layout = self._fits.place_on_map(frame.state), self._core.layout
+        told = layout.joint_names, self._core.reach, layout.sliding
+        found = max((difference(posture, T_site_base, one, *told) for one in place.possible), key=lambda one: one.moved)
+        what, unit = found.beyond(*SENT), "m" if found.slides else "rad"
         doubt = f": {place.doubt}" if place.doubt else ""
         reason = {
             "": near_enough_in_words(found),
             "chassis": f"the chassis has moved by {found.moved:z.3f} m since the plan was made{doubt}",
-            "joint": f"{found.joint} is {found.turned:+z.4f} rad from where the plan starts",
+            "joint": f"{found.joint} is {found.turned:+z.4f} {unit} from where the plan starts",
         }[what]
         ok, joint, turned = not what, found.joint, found.turned
         return {"ok": ok, "joint": joint, "difference": turned, "reason": reason, "older_ground": older}

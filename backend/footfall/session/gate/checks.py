@@ -19,9 +19,10 @@ if TYPE_CHECKING:
 STALE_AFTER = 2.0
 """Telemetry older than this is no ground to act on [s]."""
 START_TOLERANCE = 0.01
-"""Largest difference of any joint between the rover and the start of a sequence [rad]."""
+"""Largest difference of any joint between the rover and the start of a sequence [rad], of one that slides as a share of
+the reach by which the chassis is compared."""
 POSE_TOLERANCE = 0.05
-"""Largest distance of any point one metre from the chassis' origin from where the sequence has it [m]."""
+"""Largest distance of any point one reach from the chassis' origin from where the sequence has it, as a share of it."""
 WEIGHT_TOLERANCE = 0.1
 """Largest difference between the weight on the wheels and the one that was planned with, as a share of that."""
 
@@ -33,7 +34,7 @@ class Facts:
     dem: digest of the present terrain; planned_on: of the sequence's terrain. weight: of rover and payload, as the
     sequence was planned with [N]. carried_out: whether every row of the sequence was done in some run. robot: whose
     wheels are looked at between foot moves; None: they are not. on_map: where the frame has the rover on the terrain;
-    None: where the frame has it.
+    None: where the frame has it. reach: how far from its origin the chassis is compared [m]. sliding: joints that do.
     """
 
     connected: bool
@@ -45,6 +46,8 @@ class Facts:
     carried_out: bool = False
     robot: "Robot | None" = None
     on_map: OnMap | None = None
+    reach: float = 1.0
+    sliding: tuple[str, ...] = ()
 
     @property
     def place(self) -> OnMap:
@@ -83,9 +86,10 @@ def _require_fit(sequence: Sequence, facts: Facts, joint_names: tuple[str, ...])
     if not sequence.commands:
         _refuse("rules", "the sequence has no commands")
     frame = _require_situation(sequence, facts)
-    _require_joints("start", sequence.start, frame.state.posture, joint_names, "where the sequence starts")
+    _require_joints(facts, "start", sequence.start, frame.state.posture, joint_names, "where the sequence starts")
     if sequence.at_rest is not None:
         _require_joints(
+            facts,
             "set-points",
             sequence.at_rest.set_points,
             frame.commanded,
@@ -94,7 +98,7 @@ def _require_fit(sequence: Sequence, facts: Facts, joint_names: tuple[str, ...])
             "the set point of ",
             "; plan the execution again",
         )
-    _require_pose(sequence.T_site_base, facts.place)
+    _require_pose(sequence.T_site_base, facts)
     _require_weight(facts, frame.state)
 
 
@@ -116,8 +120,8 @@ def require_fit_to_go_on(sequence: Sequence, row: int, facts: Facts, joint_names
             own = slice(6 * leg, 6 * leg + 6)
             due[own] = present[own]
     whose = "the set point of " if sags else ""
-    _require_joints("start", due, present, joint_names, f"where row {row + 1} starts", whose)
-    _require_pose(sequence.poses[row - 1], facts.place)
+    _require_joints(facts, "start", due, present, joint_names, f"where row {row + 1} starts", whose)
+    _require_pose(sequence.poses[row - 1], facts)
     if sags and facts.robot is not None and begins_a_foot_move(sequence.commands, row):
         _require_rest(facts.robot, sequence, row - 1, facts.place)
     # a leg in the air changes nothing about what the others bear together
@@ -185,6 +189,7 @@ def _require_situation(sequence: Sequence, facts: Facts) -> TelemetryFrame:
 
 
 def _require_joints(
+    facts: Facts,
     check: str,
     expected: NDArray[np.float64],
     present: NDArray[np.float64],
@@ -193,28 +198,31 @@ def _require_joints(
     whose: str = "",
     advice: str = "",
 ) -> None:
-    joint, difference = _farthest(expected, present, joint_names)
-    if not abs(difference) <= START_TOLERANCE:
+    per = np.array([facts.reach if name in facts.sliding else 1.0 for name in joint_names])
+    joint, difference = _farthest(expected, present, joint_names, per)
+    limit, unit = (START_TOLERANCE * facts.reach, "m") if joint in facts.sliding else (START_TOLERANCE, "rad")
+    if not abs(difference) <= limit:
         of_rover = "" if whose else " of the rover"
         _refuse(
             check,
-            f"{whose}{joint}{of_rover} is {difference:+z.4f} rad from {where}; "
-            f"at most {START_TOLERANCE:g} rad are accepted{advice}",
+            f"{whose}{joint}{of_rover} is {difference:+z.4f} {unit} from {where}; "
+            f"at most {limit:.2g} {unit} are accepted{advice}",
             joint=joint,
             difference=difference,
-            limit=START_TOLERANCE,
+            limit=limit,
         )
 
 
-def _require_pose(T_site_base: NDArray[np.float64], place: OnMap) -> None:
-    moved = max(pose_difference(T_site_base, one.T_site_base) for one in place.possible)
-    if not moved <= POSE_TOLERANCE:
+def _require_pose(T_site_base: NDArray[np.float64], facts: Facts) -> None:
+    place, limit = facts.place, POSE_TOLERANCE * facts.reach
+    moved = max(pose_difference(T_site_base, one.T_site_base, facts.reach) for one in place.possible)
+    if not moved <= limit:
         _refuse(
             "pose",
             f"the chassis has moved by {moved:z.3f} m since the sequence was planned; "
-            f"at most {POSE_TOLERANCE:g} m are accepted{_as_doubted(place)}",
+            f"at most {limit:.2g} m are accepted{_as_doubted(place)}",
             difference=moved,
-            limit=POSE_TOLERANCE,
+            limit=limit,
         )
 
 
@@ -242,16 +250,17 @@ def _require_weight(facts: Facts, state: RobotState) -> None:
 
 def worst_joint(start: NDArray[np.float64], state: RobotState, joint_names: tuple[str, ...]) -> tuple[str, float]:
     """The joint that is farthest from ``start`` (legs × 6,), and by how much (measured − start) [rad]."""
-    return _farthest(start, state.posture, joint_names)
+    return _farthest(start, state.posture, joint_names, np.ones(len(joint_names)))
 
 
 def _farthest(
-    expected: NDArray[np.float64], present: NDArray[np.float64], joint_names: tuple[str, ...]
+    expected: NDArray[np.float64], present: NDArray[np.float64], joint_names: tuple[str, ...], per: NDArray[np.float64]
 ) -> tuple[str, float]:
+    """The joint that is farthest away, each counted in its own unit ``per``, and by how much."""
     if expected.shape != present.shape:
         return "the number of joints", float("inf")
     difference = present - expected
-    i = int(np.argmax(np.abs(difference)))
+    i = int(np.argmax(np.abs(difference) / per))
     return joint_names[i], float(difference[i])
 
 

@@ -67,11 +67,12 @@ class UpToDate:
         frozen = state.what_if or state.state
         measured = self.measured()
         stands = measured.state if measured is not None else None if frozen is None else self.stance(frozen)
-        names, unheard = self._core.layout.joint_names, self.unheard()
+        layout, unheard, reach = self._core.layout, self.unheard(), self._core.reach
+        names, sliding = layout.joint_names, layout.sliding
         if state.what_if is None or state.state is None:
-            return Present(state.robot, state.dem, stands, names, unheard=unheard, measured=measured)
+            return Present(state.robot, state.dem, stands, names, None, None, unheard, measured, reach, sliding)
         what_if, counts_from = self.stance(state.state), self.stance(state.what_if)
-        return Present(state.robot, state.dem, stands, names, what_if, counts_from, unheard, measured)
+        return Present(state.robot, state.dem, stands, names, what_if, counts_from, unheard, measured, reach, sliding)
 
     def of_maps(self, leg: int) -> Fit:
         """Whether the latest maps of a leg are of the present terrain and stance."""

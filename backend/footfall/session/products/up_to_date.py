@@ -38,34 +38,47 @@ LEAST_NAMED = 0.005
 
 @dataclass(frozen=True)
 class StandingDifference:
-    """By how much the rover stands otherwise than it did: the joint that turned farthest [rad], the chassis [m]."""
+    """By how much the rover stands otherwise than it did: the joint that turned farthest [rad], the chassis [m].
+
+    reach: how far from its origin the chassis is compared [m]. slides: whether that joint does, so that its way is [m].
+    """
 
     joint: str
     turned: float
     moved: float
+    reach: float = 1.0
+    slides: bool = False
 
     def beyond(self, joint: float, place: float) -> str:
-        """What moved by more than that: "chassis", "joint" or, as nothing did, ""."""
-        if not self.moved <= place:
+        """What moved by more than that: "chassis", "joint" or, as nothing did, "". place: for one metre of reach."""
+        if not self.moved <= place * self.reach:
             return "chassis"
         return "" if abs(self.turned) <= joint else "joint"
 
 
 def difference(
-    posture: NDArray[np.float64], T_site_base: NDArray[np.float64], now: RobotState, joint_names: tuple[str, ...]
+    posture: NDArray[np.float64],
+    T_site_base: NDArray[np.float64],
+    now: RobotState,
+    joint_names: tuple[str, ...],
+    reach: float = 1.0,
+    sliding: tuple[str, ...] = (),
 ) -> StandingDifference:
-    """Of how the rover stands now from a posture (legs × 6,) and a pose of its chassis (4, 4)."""
-    return StandingDifference(*worst_joint(posture, now, joint_names), pose_difference(T_site_base, now.T_site_base))
+    """Of how the rover stands now from a posture (joints,) and a pose of its chassis (4, 4)."""
+    moved = pose_difference(T_site_base, now.T_site_base, reach)
+    joint, turned = worst_joint(posture, now, joint_names)
+    return StandingDifference(joint, turned, moved, reach, joint in sliding)
 
 
 def near_enough_in_words(found: StandingDifference) -> str:
     """Why what is to be sent holds where what is judged cell by cell does not; "" where both do, or neither."""
     if not found.beyond(*MEASURED) or found.beyond(*SENT):
         return ""
-    (turn, way), (near_turn, near_way) = SENT, MEASURED
+    (turn, way), (near_turn, near_way), unit = SENT, MEASURED, "m" if found.slides else "rad"
     return (
-        f"the rover stands {found.moved:z.3f} m and {abs(found.turned):z.4f} rad from where the plan starts: the gate "
-        f"sends plans from within {way:g} m and {turn:g} rad; colours hold within {near_way:g} m and {near_turn:g} rad"
+        f"the rover stands {found.moved:z.3f} m and {abs(found.turned):z.4f} {unit} from where the plan starts: the "
+        f"gate sends plans from within {way * found.reach:.2g} m and {turn:g} {unit}; colours hold within "
+        f"{near_way * found.reach:.2g} m and {near_turn:g} {unit}"
     )
 
 
@@ -144,7 +157,7 @@ class Present:
     robot, dem: digests. stands: how the rover stands, by its latest telemetry or, without, as it was frozen. what_if:
     what is planned from instead; counts_from: how the rover stood when that was asked. unheard: why nobody knows
     whether the rover still stands so; "" where it was heard lately. measured: by its latest telemetry; None: it sent
-    none.
+    none. reach: how far from its origin the chassis is compared [m]. sliding: joints that slide.
     """
 
     robot: str | None
@@ -155,6 +168,8 @@ class Present:
     counts_from: RobotState | None = None
     unheard: str = ""
     measured: OnMap | None = None
+    reach: float = 1.0
+    sliding: tuple[str, ...] = ()
 
     def fit(
         self,
@@ -219,13 +234,15 @@ class Present:
         self, then: RobotState, now: RobotState, tolerance: tuple[float, float], of_chassis: bool = False
     ) -> str:
         """What is otherwise, and by how much; "" where nothing is. of_chassis: nothing else is asked."""
-        found = difference(then.posture, then.T_site_base, now, self.joint_names)
+        found = difference(then.posture, then.T_site_base, now, self.joint_names, self.reach, self.sliding)
         what = found.beyond(*tolerance)
         if what == "chassis":
             return f"its chassis by {found.moved:z.3f} m"
         if of_chassis:
             return ""
         if what == "joint":
+            if found.slides:
+                return f"{found.joint} by {found.turned:+z.4f} m"
             return f"{found.joint} by {np.degrees(found.turned):+z.2f}°"
         before, bears = (float(np.linalg.norm(one.wheel_forces.sum(axis=0))) for one in (then, now))
         if before > 0.0 and bears > 0.0 and not abs(bears / before - 1.0) <= WEIGHT_TOLERANCE:
