@@ -159,6 +159,16 @@ def test_recipes_that_raise_fail_their_product_only(whole, tiny):
     assert report.products[1].verdict == "same"
 
 
+def test_an_interrupt_inside_compiled_code_ends_the_replay(whole, tiny):
+    """numba makes a SystemError of it; taken for a failure, the session was said not to be the same."""
+
+    def interrupted(parents, settings, progress):
+        raise SystemError("returned a result with an exception set") from KeyboardInterrupt()
+
+    with pytest.raises(KeyboardInterrupt):
+        replay(whole.store.folder, recipes={**tiny.RECIPES, "maps": interrupted})
+
+
 def test_no_bundle_at_all(tmp_path):
     assert "no session bundle" in replay(tmp_path / "nothing").problems[0]
     empty = tmp_path / "empty.zip"

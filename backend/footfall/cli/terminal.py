@@ -13,6 +13,7 @@ from typer.core import TyperGroup
 
 from footfall.api.bodies.jsonable import dumps
 from footfall.core.errors import FootFallError
+from footfall.core.interrupted import came_of_interrupt
 from footfall.core.progress import Progress as Report
 from footfall.core.value import fields_of
 from footfall.planning.answers import Check, Status
@@ -53,6 +54,10 @@ class Reporting(TyperGroup):
     def invoke(self, ctx: Any) -> Any:
         try:
             return super().invoke(ctx)
+        except SystemError as error:
+            if came_of_interrupt(error):
+                raise KeyboardInterrupt from error
+            raise
         except OSError as error:
             typer.echo(f"footfall: {error.filename or 'the system'}: {error.strerror or error}", err=True)
             raise typer.Exit(2) from error

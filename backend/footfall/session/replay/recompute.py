@@ -10,6 +10,7 @@ from dataclasses import dataclass
 from typing import Any
 
 from footfall.core.errors import Cancelled, FootFallError, InvalidBundle
+from footfall.core.interrupted import came_of_interrupt
 from footfall.core.progress import Progress, no_progress, part
 from footfall.core.value import Value
 from footfall.io.artifacts import decode
@@ -191,6 +192,8 @@ class _Replayed:
         except FootFallError as err:
             return self._say("failed", None, f"{err.kind}: {err.message}")
         except Exception as err:
+            if came_of_interrupt(err):
+                raise KeyboardInterrupt from err
             return self._say("failed", None, f"{type(err).__name__}: {err}")
         return self._compare(recorded, product)
 
