@@ -170,6 +170,36 @@ def test_the_gate_names_what_does_not_fit(session, rover, frame_of, tiny, monkey
     assert rover.ids() == []
 
 
+def test_of_two_edits_of_one_version_one_is_told_that_it_was_dropped(ready, monkeypatch):
+    sequence = ready.state.sequence
+    both_asked, planned_on = threading.Barrier(2, timeout=BOUND), ready.sequences.planned_on
+
+    def together(digest):
+        both_asked.wait()
+        return planned_on(digest)
+
+    monkeypatch.setattr(ready.sequences, "planned_on", together)
+    made: list[str] = []
+    dropped: list[Conflict] = []
+
+    def edit(row):
+        try:
+            made.append(ready.sequences.edit(sequence, Edit("duration", row, number=30.0 + row)))
+        except Conflict as error:
+            dropped.append(error)
+
+    editors = [threading.Thread(target=edit, args=(row,)) for row in (0, 1)]
+    for one in editors:
+        one.start()
+    for one in editors:
+        one.join(BOUND)
+    assert [ready.state.sequence] == made
+    (error,) = dropped
+    assert "dropped" in error.message
+    assert error.details == {"yours": sequence, "present": made[0]}
+    assert ready.state.sequence_history[-1] == sequence
+
+
 def test_a_stop_is_latched_and_clears_only_when_acknowledged(ready, rover):
     ids = ready.commands.send(ready.commands.arm()["token"])["commands"]
     ready.commands.stop("operator")

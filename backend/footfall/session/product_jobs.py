@@ -11,7 +11,7 @@ from footfall.session.described_robots import athletes_alone
 from footfall.session.folded_log import FoldedLog
 from footfall.session.jobs.job import Job
 from footfall.session.jobs.pool import JobPool
-from footfall.session.products.kinds import Kind
+from footfall.session.products.kinds import Becomes, Kind
 from footfall.session.storage.store import SessionStore
 from footfall.session.value_store import ValueStore
 from footfall.telemetry.images import Snapshot
@@ -101,6 +101,12 @@ class ProductJobs:
                 state = self._folded_log.state
                 if kind.of_this_state and parents["state"] != (state.what_if or state.state):
                     raise Conflict("another state was frozen while the shift was computed; ask again")
+                if kind.becomes is Becomes.EDITED and parents["sequence"] != state.sequence:
+                    raise Conflict(
+                        "the sequence has changed while the edit was made, so it was dropped; read it again",
+                        yours=parents["sequence"],
+                        present=state.sequence,
+                    )
                 self._folded_log.record("product", {**payload, "digest": digest})
                 if kind.per_leg:
                     self._made[request] = digest
