@@ -62,6 +62,27 @@ def test_a_second_snapshot_is_merged_and_can_be_undone(session, snapshots):
     assert fold_all(session.events()).digest == session.state.digest
 
 
+def test_ground_is_as_old_as_its_newest_images_whenever_it_was_built(session, snapshots):
+    def seen() -> float:
+        return session.summary()["terrain"]["seen"]
+
+    world = rock_field(4.0, 0.1, seed=3)
+    session.terrains.load(world, "a file")
+    assert seen() == session.events()[-1].time
+    for snapshot in snapshots:
+        session.rover.take_images(snapshot)
+        session.terrains.build(COARSE).finish()
+    first, second = (event.time for event in session.events() if event.type == "snapshot_taken")
+    assert session.terrains.build(replace(COARSE, resolution=0.05)).finish() == session.state.dem
+    assert seen() == second
+    session.terrains.clear(Area(center=(2.0, 0.0), radius=0.5))
+    session.terrains.blend(world).finish()
+    assert seen() == second
+    for _ in range(4):
+        session.terrains.undo()
+    assert seen() == first
+
+
 def test_when_a_map_is_started_anew(session, snapshots):
     session.rover.take_images(snapshots[0])
     session.terrains.build(COARSE).finish()

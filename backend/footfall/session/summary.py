@@ -12,7 +12,7 @@ from footfall.session.answers.plans import EndsAnswer
 from footfall.session.answers.sessions import SessionAnswer, ShiftAnswer, TerrainInSummary
 from footfall.session.parts import SessionParts
 from footfall.session.products.kinds import KINDS
-from footfall.session.products.snapshot_age import latest_look
+from footfall.session.products.snapshot_age import latest_look, seen_at
 from footfall.terrain.dem import Dem
 
 
@@ -119,7 +119,7 @@ def _pairs(session: SessionParts) -> list[str]:
 
 
 def _terrain(session: SessionParts) -> TerrainInSummary | None:
-    """What the present terrain is, how much of it is known (0…1), and since when it is the present one."""
+    """What the present terrain is, how much of it is known (0…1), since when it is it, and when it was seen last."""
     digest = session.state.dem
     if digest is None:
         return None
@@ -135,6 +135,7 @@ def _terrain(session: SessionParts) -> TerrainInSummary | None:
         "known": float(np.isfinite(dem.heights).mean()),
         "left_out": dict(dem.left_out),
         "time": made,
+        "seen": seen_at(session, digest),
     }
 
 

@@ -147,7 +147,7 @@ function drawGround(summary) {
     $("ground-text").textContent = texts.takeAndBuild;
     return;
   }
-  const seconds = Date.now() / 1000 - terrain.time;
+  const seconds = Date.now() / 1000 - terrain.seen;
   box.dataset.state = seconds > OLD_GROUND ? "warn" : "good";
   box.textContent = texts.old(seconds);
   const fit = summary.up_to_date.maps[summary.view.leg];

@@ -66,7 +66,7 @@ def list_images(live: OneSession) -> SnapshotAnswer:
     return {
         "snapshot": snapshot.digest,
         "pairs": [_about(live, pair) for pair in snapshot.pairs],
-        "taken": taken_at(live, snapshot),
+        "taken": taken_at(live, snapshot.digest),
         "since": moved_since(live, live.rover, snapshot.state),
         "left_out": dict(snapshot.left_out),
     }

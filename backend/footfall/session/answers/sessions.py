@@ -79,7 +79,9 @@ class ShiftAnswer(TypedDict):
 
 
 class TerrainInSummary(TypedDict):
-    """The present terrain. bounds: west, south, east, north [m]; known: share of it; time: since when it is it."""
+    """The present terrain. bounds: west, south, east, north [m]; known: share of it; time: since when it is it; seen:
+    when its newest images reached the server, where it is made of none, when it was loaded.
+    """
 
     name: str
     rows: int
@@ -89,6 +91,7 @@ class TerrainInSummary(TypedDict):
     known: float
     left_out: dict[str, str]
     time: float
+    seen: float
 
 
 class SessionAnswer(TypedDict):

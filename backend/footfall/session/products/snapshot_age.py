@@ -7,20 +7,33 @@ from footfall.session.core import SessionCore
 from footfall.session.gate.checks import STALE_AFTER
 from footfall.session.products.up_to_date import SENT, difference
 from footfall.session.rover.linked import LinkedRover
-from footfall.telemetry.images import Snapshot
 from footfall.telemetry.state import RobotState
 
 
-def taken_at(core: SessionCore, snapshot: Snapshot) -> float | None:
-    """When a snapshot reached the server [s since 1970]; None where it never came as one."""
+def taken_at(core: SessionCore, snapshot: str) -> float | None:
+    """When a snapshot, by its digest, reached the server [s since 1970]; None where it never came as one."""
     return next(
         (
             event.time
             for event in reversed(core.events())
-            if event.type == "snapshot_taken" and event.payload.get("digest") == snapshot.digest
+            if event.type == "snapshot_taken" and event.payload.get("digest") == snapshot
         ),
         None,
     )
+
+
+def seen_at(core: SessionCore, terrain: str) -> float:
+    """When the newest images in a terrain reached the server [s since 1970]; of one without, since when it is there."""
+    made = next(
+        event
+        for event in reversed(core.events())
+        if event.payload.get("digest") == terrain and event.type != "terrain_undone"
+    )
+    parents = made.payload.get("parents", {})
+    if "dem" in parents:
+        return seen_at(core, parents["dem"])
+    taken = taken_at(core, parents["snapshot"]) if "snapshot" in parents else None
+    return made.time if taken is None else taken
 
 
 def moved_since(core: SessionCore, rover: LinkedRover, then: RobotState) -> SinceThen:
