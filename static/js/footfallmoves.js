@@ -6,6 +6,7 @@
 /** @typedef {{number: number, leg: number, from: number[], to: number[]}} Move number: of the foot move in the walk, from 0 */
 
 const RADIUS = 0.2; // m: of a forbidden place, where the new one is not nearer
+const SAME = 1e-6; // m
 const APART = 0.9; // of the way to the new place: that is not forbidden itself
 
 // What is said of the ground, and what was moved since, as a walk is asked for with it.
@@ -17,6 +18,13 @@ export function withMoves({ forbidden, pinned }, moves) {
     pinned: [...held, ...moves.map(({ leg, to }) => ({ x: to[0], y: to[1], leg }))],
   };
 }
+
+// Whether a walk that was asked for so counts with all of them.
+/** @type {(places: Places, asked: Partial<Places> | undefined) => boolean} */
+export const areHeeded = ({ forbidden, pinned }, asked) => areAmong(forbidden, asked?.forbidden) && areAmong(pinned, asked?.pinned);
+
+/** @type {(places: Place[], others: Place[] | undefined) => boolean} */
+const areAmong = (places, others = []) => places.every((one) => others.some((other) => (one.leg ?? null) === (other.leg ?? null) && apart([one.x, one.y], [other.x, other.y]) < SAME));
 
 // A footfall that is moved again is moved from where the walk has it; back there, it is not moved.
 /** @type {(moves: Move[], move: Move) => Move[]} */

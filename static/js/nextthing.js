@@ -52,9 +52,10 @@ function underWay({ waiting, why, aborted }, { part }) {
   return why === "step by step" ? thing("run-next", nextRow, "", "run") : thing("run-resume", goOn, why, "run");
 }
 
-// The next foot move of a walk that was found, or all that are left.
-function onward({ walking, ready, rest }) {
+// The next foot move of a walk that was found, or all that are left. places: that it was planned without, in words.
+function onward({ walking, places, ready, rest }) {
   const judge = walking.done ? "run" : "walk";
+  if (places) return thing("plan-walk", shared.planWalk, places, judge);
   if (walking.against) return thing("walk-again", fromHere, walking.against, judge);
   const left = walking.of - walking.done;
   const parts = rest ? left : 1;
@@ -98,6 +99,6 @@ function toGoal(facts) {
 function lookedAgain({ look, ground, now, walked }) {
   const judge = walked ? "run" : "";
   if (look?.moved) return thing("take-images", texts.lookAgain, texts.since(look.reason.replace(/ since$/, "")), judge);
-  if (look && now - ground.time > OLD) return thing("take-images", takeImages, texts.oldGround, judge);
+  if (look && now - ground.seen > OLD) return thing("take-images", takeImages, texts.oldGround, judge);
   return null;
 }

@@ -35,6 +35,11 @@ def chromiums() -> Iterator[Browsers]:
         browsers.close()
 
 
+@pytest.fixture(scope="module", autouse=True)
+def no_thread_outlives_its_file(chromiums: Browsers, no_thread_outlives_its_file: None) -> None:
+    """As elsewhere; but the browsers, which all files share, begin before the threads of the first file are counted."""
+
+
 @pytest.fixture(autouse=True)
 def ends() -> Iterator[None]:
     """No test waits for ever: a Chromium that does not answer any more is killed, and the test fails by it."""

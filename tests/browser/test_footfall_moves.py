@@ -1,5 +1,6 @@
 """Footfalls of a walk are moved on the map and with keys: pinned there, forbidden where they were, not planned yet."""
 
+import re
 from pathlib import Path
 
 import numpy as np
@@ -51,6 +52,21 @@ def test_a_footfall_that_is_moved_again_is_said_once_and_a_pin_goes_along():
     assert home == []
     # what was pinned where the footfall was is meant by the move; another leg's stays
     assert [(one["x"], one["y"], one["leg"]) for one in places["pinned"]] == [(0.05, 0.0, 3), (0.0, 0.4, 2)]
+
+
+def test_a_walk_heeds_what_was_said_where_it_was_asked_for_with_all_of_it():
+    place, pin = {"x": 1.0, "y": 0.5}, {"x": 1.0, "y": 0.5, "leg": 2}
+    asked_for = {"forbidden": [{**place, "radius": 0.2, "leg": None}], "pinned": [{"x": 1.0, "y": 0.5, "leg": 2}]}
+    cases = [  # what was said, what the walk was asked for with, whether it heeds all
+        ({"forbidden": [], "pinned": []}, None, True),
+        ({"forbidden": [place], "pinned": []}, None, False),
+        ({"forbidden": [place], "pinned": []}, {}, False),
+        ({"forbidden": [place], "pinned": [pin]}, asked_for, True),
+        ({"forbidden": [], "pinned": [pin]}, asked_for, True),
+        ({"forbidden": [place, {"x": 1.1, "y": 0.5}], "pinned": []}, asked_for, False),
+        ({"forbidden": [], "pinned": [{**pin, "leg": 3}]}, asked_for, False),
+    ]
+    assert of_module([["areHeeded", *given] for *given, _ in cases]) == [heeded for *_, heeded in cases]
 
 
 def test_the_nearest_footfall_is_taken_and_none_that_is_far():
@@ -115,6 +131,11 @@ def test_a_drag_on_the_map_pins_the_foot_there_and_escape_leaves_it(walked: tupl
     np.testing.assert_allclose(page.evaluate(PIXEL_OF, [0.0, 0.0]), before)
     expect(page.locator("#walk-places-text")).to_contain_text("1 forbidden, 1 pinned. Plan the walk to heed them.")
     expect(page.locator("#walk-answer ol li").nth(number)).to_contain_text("not planned yet")
+    expect(page.locator("#next-act")).to_have_text("Plan walk")
+    expect(page.locator("#next-about")).to_have_text("Places: 1 forbidden, 1 pinned. Plan the walk to heed them.")
+    for button in ("#walk-next", "#walk-rest", "#walk-again"):
+        expect(page.locator(button)).to_be_disabled()
+        expect(page.locator(button)).to_have_attribute("title", re.compile("Plan the walk to heed them"))
     [forbidden], [pinned] = (page.evaluate(PLACES)[what] for what in ("forbidden", "pinned"))
     assert (forbidden["x"], forbidden["y"], forbidden["leg"]) == (*at, leg)
     assert pinned["leg"] == leg

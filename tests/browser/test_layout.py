@@ -160,6 +160,7 @@ def test_the_card_where_the_job_is_opens_and_one_that_is_closed_says_its_state(f
     expect(fresh.locator("#next-act")).to_have_text("Choose another goal")
     expect(fresh.locator("#walk-to")).to_be_visible()
     expect(fresh.locator("#panel-walk .state")).to_have_text("no walk found")
+    expect(fresh.locator("#job-said")).to_have_text(re.compile("^No walk: "))
     assert violations(fresh) == []
 
 

@@ -26,6 +26,16 @@ def test_the_number_of_a_leg_is_its_key(console: Page, quiet: Running) -> None:
     until(lambda: leg(quiet) == 1, "leg 1, and nothing else of 6")
 
 
+def test_a_step_of_another_leg_than_the_chosen_one_is_named_before_it_is_planned(console: Page, quiet: Running) -> None:
+    assert held(quiet)["footfall"]["leg"] == 2
+    plan = console.locator("#plan")
+    expect(plan).to_have_text("Plan step")
+    console.keyboard.press("3")
+    expect(plan).to_have_text("Plan step: leg 2")
+    console.keyboard.press("2")
+    expect(plan).to_have_text("Plan step")
+
+
 GOES = {
     "removed": "field => field.remove()",
     "drawn anew": "field => field.replaceWith(field.cloneNode())",

@@ -24,6 +24,8 @@ IDLE = {"state": "idle", "waiting": False, "mode": "whole", "why": "", "aborted"
 OUT = {**IDLE, "state": "sending"}
 HELD_BACK = {**OUT, "waiting": True, "mode": "steps", "why": "held by Ann"}
 GOAL, ELSEWHERE = [1.0, 0.0], [3.0, 0.5]
+SEEN = {"time": 900.0, "seen": 900.0}
+"""Ground that is up to date."""
 NOTHING = {
     "stopped": False,
     "gate": IDLE,
@@ -34,6 +36,7 @@ NOTHING = {
     "walking": None,
     "walk": None,
     "walked": False,
+    "places": "",
     "goal": None,
     "heading": None,
     "gait": "",
@@ -87,7 +90,7 @@ def judged() -> list[tuple[dict, dict]]:
         "picking": [False, True],
         "goal": [None, GOAL, ELSEWHERE],
         "look": [None, {"taken": 800.0, "moved": True, "reason": "the chassis has moved by 0.90 m since"}],
-        "ground": [None, {"time": 700.0}, {"time": 900.0}],
+        "ground": [None, {"time": 700.0, "seen": 700.0}, {"time": 900.0, "seen": 800.0}],
         "ready": [0, 1, 3],
         "rest": [False, True],
     }
@@ -187,7 +190,7 @@ def test_it_is_begun_held_let_go_on_and_then_something_else_comes_next():
         "": {"loop": by_itself("held", "foot move 2 of 9: leg 4"), "gate": {**OUT, "mode": "steps"}},
         "loop-on": {"loop": by_itself("held", "foot move 2 of 9: leg 4"), "gate": HELD_BACK},
     }
-    there = {**NOTHING, "ground": {"time": 900.0}, "goal": GOAL}
+    there = {**NOTHING, "ground": SEEN, "goal": GOAL}
     answers = asked([{**there, **state} for state in way.values()])
     assert [one["button"] for one in answers] == list(way)
     assert [one["text"] for one in answers[1:]] == ["Hold the walk", "Held: the present row ends", "Go on by itself"]
@@ -217,7 +220,7 @@ def test_nothing_is_planned_without_ground_of_the_newest_images(judged):
 def test_the_way_of_a_walk_leads_from_images_to_the_goal_and_back_to_images():
     walk = {"goal": {"x": GOAL[0], "y": GOAL[1]}}
     seen = {"look": {"taken": 800.0, "moved": False, "reason": ""}}
-    there = {**seen, "ground": {"time": 900.0}}
+    there = {**seen, "ground": SEEN}
     found = {**there, "goal": GOAL, "walk": walk, "fits": True, "walking": walking(0)}
     moved = {"taken": 800.0, "moved": True, "reason": "the chassis has moved by 1.00 m since"}
     way = {
@@ -251,9 +254,30 @@ def test_the_way_of_a_walk_leads_from_images_to_the_goal_and_back_to_images():
     assert other["button"] == "plan-walk"
 
 
+def test_a_walk_is_planned_again_before_places_that_were_said_since_are_stepped_on():
+    walk, said = {"goal": {"x": GOAL[0], "y": GOAL[1]}}, "Places: 1 forbidden. Plan the walk to heed them."
+    found = {**NOTHING, "ground": SEEN, "goal": GOAL, "walk": walk, "fits": True, "places": said}
+    ways = [{"walking": walking(0)}, {"walking": walking(0), "ready": 3}, {"walking": walking(1, "off")}]
+    for one in asked([{**found, **way} for way in ways]):
+        assert (one["button"], one["about"]) == ("plan-walk", said)
+
+
+def test_while_a_goal_is_clicked_it_names_the_card_where_one_is_typed():
+    there = {**NOTHING, "ground": SEEN, "picking": True}
+    assert asked([there])[0]["about"] == "Or type how far to go, under Goal. Escape leaves."
+    assert re.search(r'id="walk-ahead"', (STATIC / "index.html").read_text().partition('id="panel-goal"')[2])
+
+
+def test_ground_that_was_built_just_now_of_old_images_is_old():
+    look, now = {"taken": 800.0, "moved": False, "reason": ""}, 800.0 + 3601.0
+    built, loaded = ({"time": now - 1.0, "seen": seen} for seen in (800.0, now - 1.0))
+    first, second = asked([{**NOTHING, "look": look, "ground": ground, "now": now} for ground in (built, loaded)])
+    assert (first["button"], second["button"]) == ("take-images", "walk-to")
+
+
 def test_a_foot_move_is_named_by_its_leg():
     walk = {"goal": {"x": GOAL[0], "y": GOAL[1]}}
-    found = {**NOTHING, "ground": {"time": 900.0}, "goal": GOAL, "walk": walk, "fits": True, "rest": False}
+    found = {**NOTHING, "ground": SEEN, "goal": GOAL, "walk": walk, "fits": True, "rest": False}
     texts = [one["text"] for one in asked([{**found, "walking": walking(done)} for done in range(3)])]
     movers = ["leg 4", "leg 1", "the chassis"]
     assert texts == [f"Make commands: move {done + 1} of 3: {mover}" for done, mover in enumerate(movers)]
@@ -262,7 +286,7 @@ def test_a_foot_move_is_named_by_its_leg():
 def test_a_walk_to_another_heading_is_planned_anew_and_a_gait_is_called_one():
     def told(goal: list[float] = GOAL, yaw: float | None = 0.5, **facts: object) -> dict:
         walk = {"goal": {"x": goal[0], "y": goal[1], "yaw": yaw}}
-        there = {**NOTHING, "ground": {"time": 900.0}, "goal": goal, "walk": walk, "fits": True, "walking": walking(0)}
+        there = {**NOTHING, "ground": SEEN, "goal": goal, "walk": walk, "fits": True, "walking": walking(0)}
         return {**there, **facts}
 
     states = {
@@ -309,8 +333,40 @@ OF_WALK, OF_STEP = {"plan": "w", "text": "the walk"}, {"plan": "s", "text": "leg
     ],
 )
 def test_a_robot_that_others_described_walks_as_a_whole(state, planned, footfall, button):
-    facts = {**NOTHING, "ground": {"time": 900.0}, **state, "whole": {"planned": planned, "footfall": footfall}}
+    facts = {**NOTHING, "ground": SEEN, **state, "whole": {"planned": planned, "footfall": footfall}}
     (found,) = asked([facts])
     assert found["button"] == button, found
     assert found["text"]
     assert "undefined" not in found["text"] + found["about"]
+
+
+DOUBT = """
+    const { walkOutOfDate } = await import(process.argv[1]);
+    const asked = JSON.parse(await new Response(process.stdin).text());
+    console.log(JSON.stringify(asked.map(walkOutOfDate)));
+"""
+
+
+def test_a_walk_that_is_walked_is_out_of_date_only_where_its_next_foot_move_cannot_begin():
+    moved, off = "the rover moved since: its chassis by 0.70 m", "the chassis is 0.2 m off"
+    run, fits = {"sequence": "made"}, {"walk": {"fits": False, "reason": moved}}
+    of_walk, of_step = ({"digest": "made", "foot_moves": moves} for moves in ([{"first_row": 0}], []))
+    cases = [  # how far the walk is, what is being carried out of what, and why it is out of date
+        (None, IDLE, of_walk, moved),
+        (walking(0, off), IDLE, of_walk, moved),
+        (walking(0, off), OUT, of_walk, ""),
+        (walking(0, off), OUT, of_step, moved),
+        (walking(1), IDLE, of_walk, ""),
+        (walking(1), OUT, of_walk, ""),
+        (walking(1, off), IDLE, of_walk, off),
+        (walking(1, off), OUT, of_step, off),
+        (walking(3), IDLE, of_walk, ""),
+    ]
+    given = [
+        {
+            "summary": {"walking": far, "gate": gate, "run": run, "up_to_date": fits},
+            "sequence": made,
+        }
+        for far, gate, made, _ in cases
+    ]
+    assert of_page(DOUBT, "fits.js", given) == [told for *_, told in cases]

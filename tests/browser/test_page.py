@@ -340,3 +340,27 @@ def test_nothing_over_the_scene_covers_anything_else_there(console: Page, width:
         assert seen["shown"] >= 4
         assert seen["outside"] == seen["over"] == [], (layout, seen)
         assert seen["height"] >= 270
+
+
+LONGER = f"""() => {{
+    const long = "a note of many words that takes a line more than the gauge has ".repeat(60);
+    for (const id of ["gauge-note", "legend"]) document.getElementById(id).textContent = long;
+    const [layers, gauge] = [".layers", ".gauge"].map((name) => document.querySelector(name));
+    gauge.open = true;
+    const choice = document.getElementById("layer").getBoundingClientRect();
+    return {{
+        ...({COVERED})(),
+        scrolled: [layers, gauge].map((one) => one.scrollHeight - one.clientHeight),
+        spare: layers.getBoundingClientRect().bottom - choice.bottom,
+    }};
+}}"""
+
+
+def test_a_long_gauge_and_legend_share_the_height_beside_the_scene(console: Page) -> None:
+    """Whatever they say: neither lies over the other, each scrolls, and what chooses the colours stays in sight."""
+    console.set_viewport_size({"width": 1024, "height": 768})
+    console.locator("#layout").select_option("execute")
+    seen = console.evaluate(LONGER)
+    assert seen["outside"] == seen["over"] == [], seen
+    assert min(seen["scrolled"]) > 0
+    assert seen["spare"] >= 0

@@ -84,3 +84,17 @@ def test_what_is_typed_is_the_goal_and_another_page_s_goal_is_in_the_fields(cons
         client.put("/sessions/current/view", json={"goal": [0.75, 2.0], "scrub": 0.25}).raise_for_status()
     expect(console.locator("#scrub")).to_have_value("250")
     expect(console.locator("#walk-x")).to_have_value("7")
+
+
+@pytest.mark.parametrize(("width", "height"), [(1024, 768), (1280, 720)])
+def test_what_is_asked_for_over_the_scene_covers_no_legend(console: Page, width: int, height: int) -> None:
+    console.set_viewport_size({"width": width, "height": height})
+    console.locator("#h-plan").click()
+    console.keyboard.press("=")
+    note, layers = console.locator("#goal-note"), console.locator(".layers")
+    expect(note).to_be_visible()
+    console.evaluate("() => { document.querySelector('.layers').style.width = '292px'; }")  # as wide as it ever is
+    left, right = note.bounding_box(), layers.bounding_box()
+    assert left is not None
+    assert right is not None
+    assert left["x"] + left["width"] <= right["x"]

@@ -12,6 +12,8 @@ from tests.support.waiting import until
 
 Keep = Callable[[str], None]
 MOST_ACTS = 9
+CARD = "async () => (await import('/js/layout/states.js')).stateOf('walk')"
+"""What the card of the walk says while it is closed."""
 
 
 class Hand:
@@ -59,6 +61,7 @@ def test_one_metre_is_walked_in_few_acts(page: Page, served: Running, look: Keep
     expect(page.locator("#walk-done")).to_have_text(f"nothing of it was carried out yet; next: {first}")
     expect(page.locator("#walk-next")).to_have_text(f"Next: foot move 1 – leg {legs[0]}")
     expect(page.locator("#walk-answer ol li[aria-current]")).to_have_count(1)
+    expect(page.locator("#job-said")).to_have_text("Walk found")
     look("planned")
 
     # one foot move: look, accept, send
@@ -70,6 +73,10 @@ def test_one_metre_is_walked_in_few_acts(page: Page, served: Running, look: Keep
     until(lambda: held(served)["walking"]["done"] == 1, "the first foot move")
     expect(page.locator("#walk-done")).to_contain_text(f"{first} done; next: foot move 2")
     expect(page.locator("#walk-answer ol li.done")).to_have_count(1)
+    until(lambda: held(served)["gate"]["state"] == "idle", "the end of the first foot move")
+    expect(page.locator("#walk-doubt")).to_be_hidden()
+    expect(page.locator("#walk-against")).to_be_hidden()
+    assert page.evaluate(CARD) == f"1 of {len(legs)} foot moves done"
     assert at(served)[0] - begin[0] > 0.0
 
     # and all that is left, which is looked at after each
@@ -84,6 +91,8 @@ def test_one_metre_is_walked_in_few_acts(page: Page, served: Running, look: Keep
     assert last["walking"]["next"] is None
     expect(page.locator("#walk-done")).to_have_text(f"all {len(legs)} foot moves done: the walk is over")
     expect(page.locator("#walk-next")).to_be_disabled()
+    expect(page.locator("#walk-doubt")).to_be_hidden()
+    assert page.evaluate(CARD) == f"all {len(legs)} foot moves done"
     look("arrived")
     assert np.linalg.norm((at(served) - begin)[:2]) >= 0.85
     assert hand.acts <= MOST_ACTS

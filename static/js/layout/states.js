@@ -1,19 +1,19 @@
 // How things are in each work area, in a few words: what its card says while it is closed.
 
 import { $ } from "../dom.js";
-import { outOfDate } from "../fits.js";
+import { outOfDate, walkOutOfDate } from "../fits.js";
 import { notFor } from "../robot.js";
 import { known, telemetryAge } from "../store.js";
 import * as texts from "../texts/layout.js";
 
 // name → words; an area that is not here says nothing.
 const STATES = {
-  ground: ({ terrain }) => (terrain ? texts.ground(terrain.known, Date.now() / 1000 - terrain.time) : texts.noGround),
+  ground: ({ terrain }) => (terrain ? texts.ground(terrain.known, Date.now() / 1000 - terrain.seen) : texts.noGround),
   images: ({ pairs }) => (pairs?.length ? texts.images(pairs.length) : texts.noImages),
   footfall: ({ footfall }) => (footfall ? texts.footfall(footfall.leg, footfall) : texts.noFootfall),
   plan: ({ plan, up_to_date: fits }) => doubted(fits.plan, planTold(plan)),
   goal: ({ view }) => (view.goal ? texts.goal(view.goal) : texts.noGoal),
-  walk: ({ walking, up_to_date: fits }) => doubted(fits.walk, walkTold(walking, known.walk)),
+  walk: ({ walking }) => (walkOutOfDate(known) ? texts.outOfDate(walkTold(walking, known.walk)) : walkTold(walking, known.walk)),
   loop: ({ walk_loop: loop }) => (!loop || loop.state === "ended" ? texts.noLoop : texts.loop(loop.state === "held")),
   execution: ({ execution, up_to_date: fits }) => doubted(fits.execution, execution.digest ? texts.sag(execution.status === "found") : texts.noSag),
   commands: ({ gate, run }) => (gate.state === "sending" && run ? texts.atRow((gate.row ?? 0) + 1, run.rows.length) : commandsTold(known.sequence)),
@@ -30,8 +30,8 @@ const doubted = (fit, text) => (outOfDate(fit) ? texts.outOfDate(text) : text);
 const planTold = ({ digest, status }) => (!digest ? texts.noPlan : status === "found" ? texts.planFound : texts.planRefused);
 
 function walkTold(walking, walk) {
-  if (walking?.done) return texts.walkDone(walking.done, walking.of);
   if (!walk) return texts.noWalk;
+  if (walking?.done) return texts.walkDone(Math.min(walking.done, walk.plan.legs.length), walk.plan.legs.length, walking.next === null);
   return walk.status === "found" ? texts.walkFound(walk.plan.legs.length) : texts.walkRefused;
 }
 

@@ -15,7 +15,7 @@ import { goalTold, picks } from "./goal.js";
 import { endTold, loopNow, loopTold } from "./loop.js";
 import { verdictOf } from "./outcome.js";
 import { standsStopped } from "./status.js";
-import { goalMeant, walkTold } from "./walk.js";
+import { goalMeant, unheededPlaces, walkTold } from "./walk.js";
 import { waitedFor } from "./work.js";
 
 const AWAITED = ["terrain", "photographs", "blend", "clear", "walk", "described_step", "described_walk", "sequence", "foot_moves", "edit"]; // of these what comes next depends on
@@ -54,7 +54,7 @@ function factsOf({ summary, walk, sequence }) {
   const walked = walking !== null && walking.done > 0;
   return {
     stopped: standsStopped(known), gate, making: waitedFor(AWAITED), armed: armedFor(), picking: picks(),
-    loop: loopNow(), walking, walk, walked, goal: goalTold(), heading: goalMeant().yaw, gait: $("walk-gait").value, look, ground: terrain, now: Date.now() / 1000,
+    loop: loopNow(), walking, walk, walked, places: unheededPlaces(), goal: goalTold(), heading: goalMeant().yaw, gait: $("walk-gait").value, look, ground: terrain, now: Date.now() / 1000,
     fits: summary.up_to_date.walk?.fits ?? false,
     whole: wholeOf(summary),
     ready: summary.up_to_date.sequence?.fits && sequence && !summary.commands_carried_out ? commanded(summary) : 0,

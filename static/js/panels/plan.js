@@ -84,6 +84,8 @@ let drawn; // the answer that is shown, null for none
 
 function draw({ summary, plan: result }) {
   if (!summary) return;
+  const { footfall, view } = summary; // which stays of the leg that it was chosen for, whichever is chosen next
+  $("plan").textContent = footfall && footfall.leg !== view.leg ? texts.stepOf(shared.leg(footfall.leg)) : texts.step;
   const doubt = result ? outdated(summary, result) || summary.plan.doubt : "";
   $("plan-doubt").hidden = !doubt;
   $("plan-doubt").textContent = doubt;

@@ -9,6 +9,7 @@ import { stopIsConfirmed, stopIsUnconfirmed, stopIsWished } from "../stopwish.js
 import { alive, known, silent, subscribe, telemetryAge } from "../store.js";
 import * as texts from "../texts/link.js";
 import * as shared from "../texts/shared.js";
+import { kept } from "./conn.js";
 import { verdictOf } from "./outcome.js";
 import { toldApart } from "./sessions.js";
 
@@ -63,7 +64,9 @@ export function start() {
 }
 
 const clearStop = () => attempt(async () => {
-  await post("/stop/clear", {});
+  await post("/stop/clear", {}).catch((problem) => {
+    throw problem.body.check === "conn" && kept() ? new Error(kept()) : problem; // the server calls two pages of a computer alike
+  });
   sent = "";
 });
 

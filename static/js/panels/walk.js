@@ -6,8 +6,8 @@ import { once, post } from "../api.js";
 import { footfallsOf } from "../abovemarks.js";
 import { settled } from "../choosing.js";
 import { $, attempt, element } from "../dom.js";
-import { outOfDate } from "../fits.js";
-import { meantOf, movedTo, withMoves } from "../footfallmoves.js";
+import { isWalking, walkOutOfDate } from "../fits.js";
+import { areHeeded, meantOf, movedTo, withMoves } from "../footfallmoves.js";
 import { explainKey, heardFirst } from "../keys.js";
 import { unfold } from "../layout.js";
 import { isAthletes, orders } from "../robot.js";
@@ -32,7 +32,7 @@ export function start() {
   for (const id of ["walk-gait", "walk-yaw"]) $(id).addEventListener("input", changed); // what comes next goes by them
   act({ text: texts.commandNext, button: "walk-next", run: () => command(1), refusal: notNext });
   act({ text: texts.commandRest, button: "walk-rest", run: () => command(left()), refusal: notNext });
-  act({ text: texts.planAgain, button: "walk-again", run: again, refusal: () => (known.summary?.walk ? "" : texts.noWalk) });
+  act({ text: texts.planAgain, button: "walk-again", run: again, refusal: () => (known.summary?.walk ? unheededPlaces() : texts.noWalk) });
   act({ text: texts.forgetPlaces, button: "walk-places-clear", run: () => say({ forbidden: [], pinned: [] }) });
   for (const [keys, text] of texts.MOVE_KEYS) explainKey(keys, text);
   heardFirst(press);
@@ -46,7 +46,7 @@ function notNext() {
   if (!walking()) return texts.noWalkToCommand;
   if (walking().next === null) return texts.walkOver;
   if (known.summary.gate.state === "sending") return shared.sendingAlready;
-  return walking().against;
+  return unheededPlaces() || walking().against;
 }
 
 const command = (count) => attempt(async () => {
@@ -70,12 +70,20 @@ function say(wanted) {
 }
 
 function tellPlaces() {
-  const told = Object.entries(placesSaid()).filter(([, of]) => of.length).map(([what, of]) => texts.some(of.length, what)).join(", ");
+  const told = placesTold();
   $("walk-places").hidden = !told;
-  $("walk-places-text").textContent = told && texts.placesTold(told);
+  $("walk-places-text").textContent = told;
   markMoved();
   changed();
 }
+
+function placesTold() {
+  const told = Object.entries(placesSaid()).filter(([, of]) => of.length).map(([what, of]) => texts.some(of.length, what)).join(", ");
+  return told && texts.placesTold(told);
+}
+
+// What was said of places, in words, as long as the walk was planned without; else "".
+export const unheededPlaces = () => (areHeeded(placesSaid(), known.walk?.provenance.settings) ? "" : placesTold());
 
 // What was said: { forbidden: [{x, y, …}], pinned: [{x, y, leg}] }.
 export const placesSaid = () => withMoves(said, moves);
@@ -168,7 +176,7 @@ const planWalk = () => attempt(async () => {
 function draw({ summary, walk }) {
   if (!summary) return;
   $("plan-walk").textContent = $("walk-gait").value ? shared.planGait : shared.planWalk;
-  const doubt = outOfDate(summary.up_to_date.walk);
+  const doubt = summary.walking?.done ? "" : walkOutOfDate(known); // of what is left, walk-against tells
   $("walk-doubt").hidden = !doubt;
   $("walk-doubt").textContent = doubt ? texts.outOfDate(doubt) : "";
   drawWalking(summary.walking);
@@ -185,8 +193,9 @@ const nextOf = (here) => (here.leg === null ? texts.chassisToGoal : texts.nextMo
 function drawWalking(here) {
   $("walk-done").hidden = !here;
   $("walk-done").textContent = here?.text ?? "";
-  $("walk-against").hidden = !here?.against;
-  $("walk-against").textContent = here?.against ?? "";
+  const against = isWalking(known) ? "" : here?.against ?? "";
+  $("walk-against").hidden = !against;
+  $("walk-against").textContent = against;
   $("walk-next").textContent = here && here.next !== null ? texts.nextIs(nextOf(here)) : texts.nextFootMove;
   for (const [number, item] of [...$("walk-answer").querySelectorAll("ol > li")].entries()) {
     item.classList.toggle("done", Boolean(here) && number < here.done);

@@ -19,7 +19,7 @@ let seen = 0; // when it was last seen under way, performance.now()
 let asked = null; // {before, since}: images that were asked for, and the snapshot that there was
 let told = null; // ids of the failed jobs that were told, or had failed before this page opened
 let ended = ""; // what the latest work that ended was
-let verdict = null; // {of, digest}: the "plan" or "sequence" that what is said of it judges; null where it judges none
+let verdict = null; // {of, digest}: the plan, walk, gait, route or sequence that what is said of it judges; null where it judges none
 
 export function start() {
   act({ key: "X", text: texts.cancelJob, button: "job-cancel", run: cancel, refusal: () => (runningJob() ? "" : texts.noJob) });
@@ -87,13 +87,14 @@ function tellEnd(job) {
   const [kind, state] = [job.kind, job.state];
   if (state === "failed") say(kind, "no", texts.failed(texts.namedFirst(kind), job.error?.message ?? shared.noReason));
   else if (state === "cancelled") say(kind, "", texts.cancelled(texts.namedFirst(kind)));
-  else if (kind === "plan" && known.plan?.digest === job.result) {
-    if (known.plan.status === "found") say(kind, "yes", texts.planFound, { of: "plan", digest: job.result });
-    else say(kind, "no", texts.noPlan(known.plan.reason), { of: "plan", digest: job.result });
+  else if (texts.FOUND[kind] && known[kind]?.digest === job.result) {
+    const { status, reason } = known[kind];
+    if (status === "found") say(kind, "yes", texts.FOUND[kind], { of: kind, digest: job.result });
+    else say(kind, "no", texts.notFound(texts.titleOf(kind), reason), { of: kind, digest: job.result });
   } else if (areaOf(kind) === "commands" && known.sequence?.digest === job.result) {
     if (known.sequence.valid) say(kind, "yes", texts.commandsReady, { of: "sequence", digest: job.result });
     else say(kind, "no", texts.commandsBroken, { of: "sequence", digest: job.result });
-  } else if ((kind === "plan" || areaOf(kind) === "commands") && performance.now() - seen < PATIENCE) return false;
+  } else if ((texts.FOUND[kind] || areaOf(kind) === "commands") && performance.now() - seen < PATIENCE) return false;
   else say(kind, areaOf(kind) === "ground" ? "yes" : "", texts.ready(texts.namedFirst(kind))); // of others it is not known here what they found
   return true;
 }

@@ -27,7 +27,7 @@ export const noGround = "no terrain";
 export const goal = (at) => `to ${place(at, 2)}`;
 export const noGoal = "none";
 export const walkFound = (moves) => `found: ${moves} foot moves`;
-export const walkDone = (done, of) => `${done} of ${of} foot moves done`;
+export const walkDone = (done, of, over) => (over ? `all ${of} foot moves done` : `${done} of ${of} foot moves done`);
 export const noWalk = "none planned";
 export const walkRefused = "no walk found";
 export const loop = (held) => (held ? "held" : "under way");

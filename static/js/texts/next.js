@@ -21,7 +21,7 @@ export const aboutWait = "Progress and Cancel are in the bar above.";
 export const walkTo = "Walk to…";
 export const aboutWalkTo = "A click on the ground is the goal, or type how far to go.";
 export const click = "Click on the ground";
-export const aboutClick = "Or type how far to go, under Plan. Escape leaves.";
+export const aboutClick = "Or type how far to go, under Goal. Escape leaves.";
 export const byItself = (x, y, part, waits) => `By itself to ${place([x, y], 2)}${part ? `: ${part}` : ""}.${waits ? ` Waits for ${waits}.` : ""}`;
 export const rowEnds = "row ends";
 export const commandsEnd = "commands end";

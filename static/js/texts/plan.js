@@ -81,6 +81,7 @@ export const title = "{} Plan";
 export const planner = "Planner {}";
 export const seed = "Seed {}";
 export const step = "Plan step";
+export const stepOf = (what) => `Plan step: ${what}`;
 export const settings = "Settings";
 export const lift = "Lift [m] {}";
 export const raise = "Raise terrain [m] {}";
