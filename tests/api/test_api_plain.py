@@ -64,7 +64,7 @@ def test_page_is_served(server):
     assert "<html" in httpx.get(server.url + "/", trust_env=False, verify=False).text
 
 
-@pytest.mark.parametrize("path", ["/", "/js/main.js"])
+@pytest.mark.parametrize("path", ["/", "/js/main.js", "/js/page.js", "/css/page.css", "/js/loginpage.js"])
 def test_the_page_comes_compressed_and_whole(server, path):
     def get(**headers):
         return httpx.get(server.url + path, headers=headers, trust_env=False, verify=False)
@@ -106,6 +106,27 @@ def test_a_file_of_the_page_that_changes_is_read_anew(tmp_path):
     assert page.get("/long.js", **packed).text == "let other;\n" * 100
     assert "content-encoding" not in page.get("/short.js", **packed).headers
     assert page.get("/longer.js", **packed).status_code == 404
+
+
+def test_what_a_page_begins_with_comes_joined_and_anew_once_a_file_in_it_changes(tmp_path):
+    app = FastAPI()
+    app.mount("/", PageFiles(directory=tmp_path))
+    (tmp_path / "page.js").write_text('import { first } from "./other.js";\nfirst();\n')
+    (tmp_path / "other.js").write_text("export const first = () => 1;\n")
+    (tmp_path / "page.css").write_text('@import "other.css";\n')
+    (tmp_path / "other.css").write_text("b { color: red }\n")
+    page = Local(app)
+    script, style = page.get("/page.js"), page.get("/page.css")
+    assert "const first = () => 1;" in script.text
+    assert style.text.strip() == "b { color: red }"
+    assert [one.headers["content-type"].partition(";")[0] for one in (script, style)] == ["text/javascript", "text/css"]
+    assert {one.headers["cache-control"] for one in (script, style)} == {"no-cache"}
+    known = {"headers": {"If-None-Match": script.headers["etag"]}}
+    assert page.get("/page.js", **known).status_code == 304
+    (tmp_path / "other.js").write_text("export const first = () => 2;\n")
+    again = page.get("/page.js", **known)
+    assert (again.status_code, "const first = () => 2;" in again.text) == (200, True)
+    assert page.get("/other.js").text == "export const first = () => 2;\n"
 
 
 def test_what_the_interface_answers_is_not_compressed(client):

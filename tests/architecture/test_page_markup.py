@@ -9,6 +9,7 @@ from html.parser import HTMLParser
 
 import pytest
 
+from footfall_ui.page_files import JOINED
 from tests.architecture.test_page_acts import STATIC
 from tests.support.node import run
 
@@ -151,9 +152,11 @@ def test_the_filling_module_has_every_area_that_the_markup_names():
 @pytest.mark.parametrize("page", PAGES)
 def test_the_words_come_first_and_their_lack_is_told(page: str):
     source = (STATIC / page).read_text()
-    scripts = re.findall(r'<script type="module" src="/?js/(\w+)\.js"></script>', source)
-    assert scripts[0] == "fill"
-    assert source.count("<script") == len(scripts) > 1
+    (script,) = re.findall(r'<script type="module" src="/?js/(\w+\.js)"></script>', source)
+    assert source.count("<script") == 1
+    assert script in JOINED
+    imported = re.findall(r'^import "([^"]+)";', (STATIC / "js" / script).read_text(), re.MULTILINE)
+    assert imported[0] == "./fill.js"
     assert re.search(r"<noscript><p>[^<]*\bJavaScript\b[^<]*\bSTOP THE ROVER\b[^<]*</p></noscript>", source)
 
 

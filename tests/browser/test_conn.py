@@ -130,7 +130,7 @@ def choose(page: Page, plain: Running, x: float, y: float) -> None:
     press(page, "Choose")
     until(lambda: held(plain)["footfall"]["x"] == x, "the footfall")
     # an answer that is drawn after the fields are left writes them anew
-    drawn = "async () => (await import('/js/store.js')).known.summary?.footfall_answer?.x"
+    drawn = "async () => (await import('/js/page.js')).modules['store.js'].known.summary?.footfall_answer?.x"
     until(lambda: page.evaluate(drawn) == x, "the answer on the page")
     page.locator("#h-footfall").click()
 

@@ -166,8 +166,8 @@ def test_plots_go_on_with_what_was_said_before_the_page_was_loaded(console: Page
     expect(console.locator("#timeline-text")).to_contain_text("Latest")
     console.keyboard.press("8")
     held_before = """async () => {
-      const { earlier } = await import("/js/earlier.js");
-      const { channelsOf, heardFrom } = await import("/js/samples.js");
+      const { earlier } = (await import("/js/page.js")).modules["earlier.js"];
+      const { channelsOf, heardFrom } = (await import("/js/page.js")).modules["samples.js"];
       const { found, why } = earlier(channelsOf("torque", 2), 120);
       return why || [heardFrom(), ...found];
     }"""
@@ -193,7 +193,7 @@ def test_plots_go_on_with_what_was_said_before_the_page_was_loaded(console: Page
 
 def test_what_the_bar_says_of_plan_and_rover_is_not_cut(console: Page) -> None:
     cut = """async () => {
-      const texts = await import("/js/texts/link.js");
+      const texts = (await import("/js/page.js")).modules["texts/link.js"];
       const box = document.getElementById("status-match");
       return ["nearEnough", "startsHere", "onOlderGround"].filter((name) => {
         box.dataset.state = "good";
@@ -262,13 +262,13 @@ def test_the_ghost_goes_where_the_rover_was(console: Page, quiet: Running) -> No
     travel = [np.abs(np.subtract(b, a)).max() for a, b in zip(plan["waypoints"], plan["waypoints"][1:], strict=False)]
     i = len(travel) // 2
     say(quiet, 1, posture=plan["waypoints"][i])
-    heard = "async () => (await import('/js/samples.js')).heardFrom() > 0"
+    heard = "async () => (await import('/js/page.js')).modules['samples.js'].heardFrom() > 0"
     until(lambda: console.evaluate(heard), "the page's hearing of it")  # wait_for_function takes any promise for true
     expect(console.locator("#scrub")).to_be_enabled()  # the page has the plan
     console.evaluate(
         """async () => {
-            const { heardFrom } = await import("/js/samples.js");
-            (await import("/js/cursor.js")).point(heardFrom());
+            const { heardFrom } = (await import("/js/page.js")).modules["samples.js"];
+            (await import("/js/page.js")).modules["cursor.js"].point(heardFrom());
         }"""
     )
     share = sum(travel[:i]) / sum(travel)

@@ -209,7 +209,7 @@ def test_what_others_do_is_told_in_one_line(console: Page, other: Page, quiet: R
 
 
 HOLDING = """async () => {
-  const { actWhenHeld } = await import("/js/holding.js");
+  const { actWhenHeld } = (await import("/js/page.js")).modules["holding.js"];
   window.acts = 0;
   const button = Object.assign(document.createElement("button"), { id: "held", textContent: "Try" });
   document.querySelector(".areas").append(button);

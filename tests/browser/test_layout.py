@@ -21,9 +21,10 @@ WALK = ["ground", "goal", "walk", "loop", "commands"]
 IN_SIGHT = """() => [...document.querySelectorAll("#side > .panel, #dock > .panel")]
   .filter(one => one.checkVisibility()).map(one => one.id.replace("panel-", ""))"""
 KEPT = "() => JSON.parse(localStorage['footfall.layout'])"
-DRAWN = "async () => (await import('/js/store.js')).changed()"
+DRAWN = "async () => (await import('/js/page.js')).modules['store.js'].changed()"
 FITTED = (
-    "async given => { const { fitted } = await import('/js/layout/room.js'); return given.map(one => fitted(...one)); }"
+    "async given => { const { fitted } = (await import('/js/page.js')).modules['layout/room.js']; "
+    "return given.map(one => fitted(...one)); }"
 )
 
 

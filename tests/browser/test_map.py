@@ -16,7 +16,7 @@ from tests.support.waiting import until
 
 Keep = Callable[[str], None]
 ROUTE = "/sessions/current/routes/current"
-PIXEL_OF = "async at => (await import('/js/panels/map.js')).pixelOf(at)"
+PIXEL_OF = "async at => (await import('/js/page.js')).modules['panels/map.js'].pixelOf(at)"
 SIZE = "canvas => [canvas.clientWidth, canvas.clientHeight]"
 COLOURS_NEAR = """(canvas, [right, down]) => {
   const [left, top] = [right, down].map(one => Math.round(one * (window.devicePixelRatio || 1)) - 2);

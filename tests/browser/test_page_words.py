@@ -3,6 +3,8 @@
 import pytest
 from playwright.sync_api import Browser, Page, expect
 
+from footfall.io.joined_files import joined_module
+from footfall.resources import static_folder
 from tests.architecture.test_page_markup import NAMES
 from tests.support.server import Running
 
@@ -18,10 +20,11 @@ WITHIN = """(selector) => [...document.querySelector(selector).closest("label").
 
 @pytest.fixture
 def unstarted(quiet: Running, chromium: Browser):
-    """The page while its main module does not come."""
+    """The page with the words that it runs first, and nothing of what follows them."""
     context = chromium.new_context()
     page = context.new_page()
-    page.route("**/js/main.js", lambda route: route.abort())
+    words = joined_module(static_folder() / "js/fill.js").text
+    page.route("**/js/page.js", lambda route: route.fulfill(body=words, content_type="text/javascript"))
     page.goto(f"{quiet.url}/?scene=off")
     yield page
     context.close()

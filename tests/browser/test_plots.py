@@ -18,7 +18,7 @@ from tests.support.spoken import current, say_at
 from tests.support.waiting import until
 
 PEAK = 321.0
-DRAWN = "async id => (await import('/js/panels/plots.js')).drawnNumbers(id)"
+DRAWN = "async id => (await import('/js/page.js')).modules['panels/plots.js'].drawnNumbers(id)"
 FRAMES = 60
 
 
@@ -131,12 +131,13 @@ def test_a_plot_is_zoomed_by_hand_wheel_and_keys_and_read(console: Page, quiet: 
     until(lambda: len(columns_of(console)[0]) == FRAMES, "all of it by a key")
 
     # the moment that all panels share, moved frame by frame
-    console.evaluate("async at => (await import('/js/cursor.js')).point(at)", peak - 1)
+    console.evaluate("async at => (await import('/js/page.js')).modules['cursor.js'].point(at)", peak - 1)
     value = plot.locator(".plot-read b")
     expect(value).to_have_text("16.0 N·m")
     console.keyboard.press("Shift+ArrowRight")
     expect(value).to_have_text(f"{PEAK} N·m")
-    assert console.evaluate("async () => (await import('/js/cursor.js')).moment()") == pytest.approx(peak)
+    moment = "async () => (await import('/js/page.js')).modules['cursor.js'].moment()"
+    assert console.evaluate(moment) == pytest.approx(peak)
 
 
 def test_plots_are_named_removed_taken_back_and_kept(console: Page, quiet: Running, said: float) -> None:
@@ -171,14 +172,16 @@ def test_events_of_the_log_are_marked_with_their_words(console: Page, quiet: Run
     plot = added(console, "torque leg 2 hip pitch")
     now = time.time()
     console.evaluate(
-        "async ([a, b]) => (await import('/js/plots/kept.js')).show({kind: 'between', begin: a, end: b})",
+        "async ([begin, end]) => "
+        "(await import('/js/page.js')).modules['plots/kept.js'].show({kind: 'between', begin, end})",
         [said - 5, now + 30],
     )
-    marked = "async () => (await import('/js/panels/plots.js')).drawnNumbers(1).marks.filter(one => one.sign === '✎')"
+    drawn = "(await import('/js/page.js')).modules['panels/plots.js'].drawnNumbers(1)"
+    marked = f"async () => {drawn}.marks.filter(one => one.sign === '✎')"
     until(lambda: console.evaluate(marked), "the mark of the note")
     at = console.evaluate(marked)[-1]["time"]
     assert said < at < now + 30
-    console.evaluate("async at => (await import('/js/cursor.js')).point(at)", at)
+    console.evaluate("async at => (await import('/js/page.js')).modules['cursor.js'].point(at)", at)
     expect(plot.locator(".plot-event")).to_contain_text("✎")
     expect(plot.locator(".plot-event")).to_contain_text(noted["text"])
 

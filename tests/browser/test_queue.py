@@ -17,7 +17,7 @@ def plan_to(page: Page, served: Running, place: tuple[float, float]) -> str:
     assert live is not None
     digest = live.plans.step(LEG, place).finish()
     assert live.state.plan_status == "found", live.state.plan_reason
-    knows = "async () => (await import('/js/store.js')).known.summary?.plan?.digest"
+    knows = "async () => (await import('/js/page.js')).modules['store.js'].known.summary?.plan?.digest"
     until(lambda: page.evaluate(knows) == digest, "the page's hearing of the plan")
     return digest
 

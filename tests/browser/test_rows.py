@@ -6,7 +6,7 @@ from footfall.planning.step.problem import StepSettings
 from tests.support.server import Running
 from tests.support.waiting import until
 
-DRAWN = "async () => (await import('/js/store.js')).changed()"
+DRAWN = "async () => (await import('/js/page.js')).modules['store.js'].changed()"
 
 
 def commands(quiet: Running) -> list[dict]:

@@ -12,7 +12,7 @@ from tests.support.spoken import current, say
 from tests.support.waiting import until
 
 SILENT = """async () => {
-  const { changed, known } = await import("/js/store.js");
+  const { changed, known } = (await import("/js/page.js")).modules["store.js"];
   window.fetch = (address, { signal } = {}) => new Promise((_, fail) => signal?.addEventListener("abort", fail));
   known.heardAt -= 38000;
   changed();
@@ -117,7 +117,7 @@ def test_the_button_names_what_it_makes_commands_of_and_makes_that(console: Page
 def test_what_rounds_to_nothing_has_no_sign(console: Page) -> None:
     numbers = [-0.0, -0.0004, -0.0005001, 0.0004, -1e-9, -0.999, -10.0, -0.05, 12.3456]
     said = console.evaluate(
-        "async (numbers) => { const { fixed } = await import('/js/dom.js');"
+        "async (numbers) => { const { fixed } = (await import('/js/page.js')).modules['dom.js'];"
         " return [0, 2, 3].map((digits) => numbers.map((one) => fixed(one, digits))); }",
         numbers,
     )

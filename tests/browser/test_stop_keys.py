@@ -25,7 +25,7 @@ INSIDE = (
 )
 """Clear of what lies over the scene."""
 FORGET = """async () => {
-  const { asksToStop } = await import("/js/stopkeys.js");
+  const { asksToStop } = (await import("/js/page.js")).modules["stopkeys.js"];
   asksToStop({ key: "Escape", timeStamp: -1e12 });  // an Escape of the test before is no first of two
 }"""
 SHOW = """one => {

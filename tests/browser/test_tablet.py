@@ -95,7 +95,7 @@ def test_nothing_over_the_scene_covers_anything_else_on_a_tablet(tablet: Page) -
 
 
 OVERLAPS = """async () => {
-  const texts = await import("/js/texts/link.js");
+  const texts = (await import("/js/page.js")).modules["texts/link.js"];
   const said = [
     texts.noSafetyStop, texts.stopFailed, texts.standsStopped, texts.stopAcknowledged, texts.stopNotAcknowledged,
     texts.stopWithoutRover, texts.stopBefore(3000, texts.notAcknowledgedBefore),

@@ -121,7 +121,9 @@ def test_why_a_wave_was_refused_is_told_with_what_is_gone_in_its_place(page: Pag
     """As an answer has it; the rover goes by waves in tests/session."""
     refused = {"gait": "wave", "reason": "step 5 (leg 5) fails wrist of leg 0 by 0.0458 rad"}
     chosen = {"action": "walk", "found": True, "foot_moves": 3, "motion": 120.4, "refused": refused}
-    told = page.evaluate("async (chosen) => (await import('/js/texts/walk.js')).wayTold(chosen)", chosen)
+    told = page.evaluate(
+        "async (chosen) => (await import('/js/page.js')).modules['texts/walk.js'].wayTold(chosen)", chosen
+    )
     assert told == (
         "No wave: step 5 (leg 5) fails wrist of leg 0 by 0.0458 rad. This piece by the walk planner: 3 foot moves, "
         "120 s of motion."

@@ -12,7 +12,7 @@ from tests.support.waiting import until
 
 Keep = Callable[[str], None]
 MOST_ACTS = 9
-CARD = "async () => (await import('/js/layout/states.js')).stateOf('walk')"
+CARD = "async () => (await import('/js/page.js')).modules['layout/states.js'].stateOf('walk')"
 """What the card of the walk says while it is closed."""
 
 

@@ -73,7 +73,7 @@ def planned(page: Page, served: Running, act: Callable[[], None]) -> dict:
     answer = held(served, f"{SESSION}/plans/current")
     assert answer["status"] == "found", answer["reason"]
     # wait_for_function would take the promise itself for true
-    knows = "async () => (await import('/js/store.js')).known.summary?.plan?.digest"
+    knows = "async () => (await import('/js/page.js')).modules['store.js'].known.summary?.plan?.digest"
     until(lambda: page.evaluate(knows) == answer["digest"], "the page's hearing of the plan")
     return answer
 

@@ -10,14 +10,12 @@ import html
 import json
 import re
 from collections.abc import Mapping
-from pathlib import Path
 from typing import Any
 
 from footfall.core.surrogates import spelled_out
+from footfall.io.joined_files import joined_script
 from footfall.resources import static_folder
 
-_IMPORT = re.compile(r'^import \{[^}]*\} from "([^"]+)";\n', re.M)
-_EXPORT = re.compile(r"^export (?=const |function )", re.M)
 _PLACE = re.compile(r"\{\{(\w+)\}\}")
 _MARKS = {"<": "\\u003c", ">": "\\u003e", "&": "\\u0026", "\u2028": "\\u2028", "\u2029": "\\u2029"}
 
@@ -27,7 +25,7 @@ def encode(story: Mapping[str, Any]) -> bytes:
     static = static_folder()
     page = (static / "player/player.html").read_text()
     style = (static / "css/themes.css").read_text() + (static / "player/player.css").read_text()
-    script = '"use strict";\n' + _as_one(static / "player/player.js", set())
+    script = joined_script(static / "player/player.js").text
     text = json.dumps(story, ensure_ascii=False, allow_nan=False, separators=(",", ":"))
     text = spelled_out(text)  # JSON's own spelling of it
     for mark, written in _MARKS.items():
@@ -41,15 +39,3 @@ def encode(story: Mapping[str, Any]) -> bytes:
     }
     # in one pass: what was put in is not looked through for further places
     return _PLACE.sub(lambda place: parts[place[1]], page).encode()
-
-
-def _as_one(module: Path, taken: set[Path]) -> str:
-    """A module of the page with those that it imports by name before it, each once: a file has no other to import."""
-    source = module.read_text()
-    before: list[str] = []
-    for found in _IMPORT.finditer(source):
-        imported = (module.parent / found[1]).resolve()
-        if imported not in taken:
-            taken.add(imported)
-            before.append(_as_one(imported, taken))
-    return "".join(before) + _EXPORT.sub("", _IMPORT.sub("", source))
