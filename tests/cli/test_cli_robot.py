@@ -12,6 +12,7 @@ from footfall.robot.legged.find_legs import legged_model
 from tests.support.command_line import run
 from tests.support.robot_data import QUADRUPEDS, described
 from tests.support.urdf import LIMIT, quadruped, replaced, written
+from tests.support.walkers import ring
 
 
 @pytest.mark.parametrize("name", ["ANYmal C", "Solo-12", "HyQ", "Go2", "Centauro (wheels for feet)"])
@@ -65,7 +66,13 @@ def test_check_says_the_grade_in_words_and_by_its_exit_code(tmp_path):
     good = written(tmp_path, quadruped())
     said = run("robot", "check", good).stdout
     assert "● good          mass" in said
-    assert said.endswith("11 good, 0 doubtful, 0 can't be used\n")
+    assert said.endswith("11 good, 4 doubtful, 0 can't be used\n")
+    for leg in ("LF", "RF", "LH", "RH"):
+        unable = f"▲ doubtful      walking     {leg}: FootFall can't walk with it: it has 2 joints, and one that walks"
+        assert f"{unable} needs 3 to 7\n" in said
+    walks = run("robot", "check", written(tmp_path, ring(4))).stdout
+    assert "● good          walking     every leg can walk" in walks
+    assert walks.endswith(" 0 doubtful, 0 can't be used\n")
     doubtful = written(tmp_path, quadruped(replaced('effort="40"', 'effort="0"')))
     assert "▲ doubtful      effort      LF_hip: its effort is 0" in run("robot", "check", doubtful).stdout
     bad = written(tmp_path, quadruped(replaced(LIMIT, "")))

@@ -154,7 +154,7 @@ def test_efforts_that_are_not_said_are_no_limit(tmp_path):
 
 
 def test_robots_that_cannot_walk_are_refused_by_name(tmp_path):
-    with pytest.raises(InvalidRobot, match="leg LF has 2 joints, and one that walks needs 3 to 7"):
+    with pytest.raises(InvalidRobot, match="leg LF can't walk: it has 2 joints, and one that walks needs 3 to 7"):
         LeggedRobot(legged_model(read_urdf(written(tmp_path, quadruped()))))
     limit = '<limit lower="-0.9" upper="0.9" effort="60.0" velocity="6"/>'
     text = replaced(limit, '<limit effort="60.0" velocity="6"/>')(ring(4))
@@ -164,7 +164,7 @@ def test_robots_that_cannot_walk_are_refused_by_name(tmp_path):
     corners = np.array([(0, 0, 0), (0.1, 0, 0), (0, 0.1, 0)], float)
     flat = Sole("flat", np.zeros(3), 0.0, np.array([0.0, 0.0, -1.0]), 0.0, corners)
     legs = tuple(LegChain(leg.name, leg.joints, leg.foot, flat, leg.group) for leg in model.legs)
-    with pytest.raises(InvalidRobot, match="has a flat sole"):
+    with pytest.raises(InvalidRobot, match="can't walk: it has a flat sole"):
         LeggedRobot(LeggedModel(model.tree, model.base, legs, {}))
 
 

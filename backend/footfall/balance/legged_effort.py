@@ -20,7 +20,8 @@ from footfall.balance.torque_kernel import least_ratio
 from footfall.core.arrays import Array
 from footfall.core.errors import FootFallError
 from footfall.core.frames import apply
-from footfall.robot.legged.legged_robot import MOST_JOINTS, LeggedRobot
+from footfall.robot.legged.able_to_walk import MOST_JOINTS
+from footfall.robot.legged.legged_robot import LeggedRobot
 from footfall.robot.legged.posture import center_of_mass
 from footfall.robot.pin_scratch import scratch_of
 

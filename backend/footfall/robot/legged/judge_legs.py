@@ -4,6 +4,7 @@ from collections.abc import Iterator, Mapping
 
 import numpy as np
 
+from footfall.robot.legged.able_to_walk import why_unable
 from footfall.robot.legged.finding import Finding, doubtful, good, unusable
 from footfall.robot.legged.groups import leg_mass, part_lengths
 from footfall.robot.legged.judge_tree import least_distance
@@ -27,6 +28,7 @@ def judge_legs(model: LeggedModel) -> tuple[Finding, ...]:
         ("collision", _shapes(model), "every part of every leg has a collision shape"),
         ("mimic", _mimics(model), "every joint of every leg moves by itself"),
         ("symmetry", _asymmetries(model), "legs of a group are the same"),
+        ("walking", _unable(model), "every leg can walk"),
     )
     for check, findings, well in checks:
         listed = list(findings)
@@ -99,6 +101,12 @@ def _mimics(model: LeggedModel) -> Iterator[Finding]:
                 yield unusable("mimic", name, f"it follows {leader}, which is no joint of leg {leg.name}")
             elif leader:
                 yield doubtful("mimic", name, f"it follows {leader}, so leg {leg.name} has one free joint fewer")
+
+
+def _unable(model: LeggedModel) -> Iterator[Finding]:
+    for leg in model.legs:
+        if reason := why_unable(model.tree, leg):
+            yield doubtful("walking", leg.name, f"FootFall can't walk with it: {reason}")
 
 
 def _asymmetries(model: LeggedModel) -> Iterator[Finding]:

@@ -16,6 +16,7 @@ from footfall.core.errors import InvalidInput, InvalidRobot, NotFound
 from footfall.core.frames import apply, inverse
 from footfall.core.mesh import Mesh
 from footfall.robot.description import CameraPairSpec
+from footfall.robot.legged.able_to_walk import why_unable
 from footfall.robot.legged.groups import longest_leg
 from footfall.robot.legged.legged_model import DescribedRobot, LegChain, LeggedModel
 from footfall.robot.legged.tree import TreeJoint, TreeLink
@@ -24,8 +25,6 @@ from footfall.robot.limb.limb import limb_of
 
 CLEARANCE_SHARE = 0.02
 """Clearances where nobody says otherwise, as a share of the longest leg."""
-FEWEST_JOINTS, MOST_JOINTS = 3, 7
-"""Of a leg that can walk: fewer can't place a foot everywhere; the torque program takes no more."""
 CLEARANCES = ("other_leg", "own_leg", "base", "ground")
 
 
@@ -218,17 +217,10 @@ def _in_order(
 
 def _walking(model: LeggedModel, leg: LegChain) -> list[TreeJoint]:
     """Joints of a leg; raises InvalidRobot where the leg can't walk, saying why."""
-    joints = [model.tree.joint(name) for name in leg.joints]
-    mimics = next((joint.name for joint in joints if joint.mimic), None)
-    if mimics is not None:
-        raise InvalidRobot(f"leg {leg.name}: {mimics} follows another joint, and legs that walk need free ones")
-    if not FEWEST_JOINTS <= len(joints) <= MOST_JOINTS:
-        raise InvalidRobot(
-            f"leg {leg.name} has {len(joints)} joints, and one that walks needs {FEWEST_JOINTS} to {MOST_JOINTS}"
-        )
-    if leg.sole.kind == "flat":
-        raise InvalidRobot(f"leg {leg.name} has a flat sole; robots that walk have balls, points or discs for feet")
-    return joints
+    reason = why_unable(model.tree, leg)
+    if reason:
+        raise InvalidRobot(f"leg {leg.name} can't walk: {reason}")
+    return [model.tree.joint(name) for name in leg.joints]
 
 
 def _limits(joint: TreeJoint) -> tuple[float, float]:
