@@ -3,6 +3,7 @@
 from collections.abc import Callable
 from typing import TYPE_CHECKING, Any, TypeVar
 
+from footfall.core.arrays import Array
 from footfall.core.errors import Conflict, InvalidInput, InvalidTelemetry
 from footfall.core.value import Value
 from footfall.session.described_robots import athletes_alone
@@ -14,6 +15,7 @@ from footfall.session.log.event import RENAMED, Event
 from footfall.session.log.fold import SessionState
 from footfall.session.naming import session_name
 from footfall.session.product_jobs import ProductJobs
+from footfall.session.products.up_to_date import StandingDifference, difference
 from footfall.session.storage.references import whole_zip
 from footfall.session.storage.store import SessionStore
 from footfall.session.value_store import ValueStore
@@ -108,6 +110,11 @@ class SessionCore:
         from footfall.robot.legged.groups import longest_leg
 
         return min(1.0, longest_leg(other.model))
+
+    def difference(self, posture: Array, T_site_base: Array, now: RobotState) -> StandingDifference:
+        """Of how the robot stands now from a posture (joints,) and a pose of its chassis (4, 4)."""
+        layout = self.layout
+        return difference(posture, T_site_base, now, layout.joint_names, self.reach, layout.sliding)
 
     @property
     def layout(self) -> "JointLayout":

@@ -19,7 +19,7 @@ from footfall.session.log.fold import SessionState
 from footfall.session.products.compared import UpToDate
 from footfall.session.products.kinds import KINDS, QUEUE, SEQUENCE
 from footfall.session.products.sequences import Sequences
-from footfall.session.products.up_to_date import SENT, difference, near_enough_in_words
+from footfall.session.products.up_to_date import SENT, near_enough_in_words
 from footfall.session.rover.linked import LinkedRover
 
 
@@ -51,9 +51,9 @@ class Review:
         if unknown or start is None or frame is None:
             return {"ok": None, "joint": None, "difference": None, "reason": unknown, "older_ground": older}
         posture, T_site_base = start
-        place, layout = self._fits.place_on_map(frame.state), self._core.layout
-        told = layout.joint_names, self._core.reach, layout.sliding
-        found = max((difference(posture, T_site_base, one, *told) for one in place.possible), key=lambda one: one.moved)
+        place = self._fits.place_on_map(frame.state)
+        apart = (self._core.difference(posture, T_site_base, one) for one in place.possible)
+        found = max(apart, key=lambda one: one.moved)
         what, unit = found.beyond(*SENT), "m" if found.slides else "rad"
         doubt = f": {place.doubt}" if place.doubt else ""
         reason = {
@@ -166,8 +166,7 @@ class Review:
         if frame is None:
             return True
         sequence = self._core.typed(Sequence, state.sequence)
-        names = self._core.layout.joint_names
-        return difference(sequence.start, sequence.T_site_base, frame.state, names).beyond(*SENT) != ""
+        return self._core.difference(sequence.start, sequence.T_site_base, frame.state).beyond(*SENT) != ""
 
     def _ground_of(self, state: SessionState) -> str | None:
         """Digest of the terrain that what was planned last was planned on."""

@@ -198,8 +198,7 @@ def _require_joints(
     whose: str = "",
     advice: str = "",
 ) -> None:
-    per = np.array([facts.reach if name in facts.sliding else 1.0 for name in joint_names])
-    joint, difference = _farthest(expected, present, joint_names, per)
+    joint, difference = _farthest(expected, present, joint_names, _units(joint_names, facts.reach, facts.sliding))
     limit, unit = (START_TOLERANCE * facts.reach, "m") if joint in facts.sliding else (START_TOLERANCE, "rad")
     if not abs(difference) <= limit:
         of_rover = "" if whose else " of the rover"
@@ -248,9 +247,23 @@ def _require_weight(facts: Facts, state: RobotState) -> None:
         )
 
 
-def worst_joint(start: NDArray[np.float64], state: RobotState, joint_names: tuple[str, ...]) -> tuple[str, float]:
-    """The joint that is farthest from ``start`` (legs × 6,), and by how much (measured − start) [rad]."""
-    return _farthest(start, state.posture, joint_names, np.ones(len(joint_names)))
+def worst_joint(
+    start: NDArray[np.float64],
+    state: RobotState,
+    joint_names: tuple[str, ...],
+    reach: float = 1.0,
+    sliding: tuple[str, ...] = (),
+) -> tuple[str, float]:
+    """The joint that is farthest from ``start`` (joints,), and by how much (measured − start) [rad or m].
+
+    A joint that slides counts as farther by as much as the reach, by which the chassis is compared, is less than 1 m.
+    """
+    return _farthest(start, state.posture, joint_names, _units(joint_names, reach, sliding))
+
+
+def _units(joint_names: tuple[str, ...], reach: float, sliding: tuple[str, ...]) -> NDArray[np.float64]:
+    """In what each joint's difference is counted: 1 rad, or the reach [m] where it slides."""
+    return np.array([reach if name in sliding else 1.0 for name in joint_names])
 
 
 def _farthest(

@@ -18,7 +18,7 @@ from footfall.session.products.kinds import BODY_MOVE, GROUND, PLAN, QUEUE, SHIF
 from footfall.session.products.plans import StepPlans
 from footfall.session.products.sequences import Sequences
 from footfall.session.products.stances import Stances
-from footfall.session.products.up_to_date import SENT, difference
+from footfall.session.products.up_to_date import SENT
 from footfall.session.walking import CommandedFootMove
 from footfall.telemetry.state import RobotState
 
@@ -137,7 +137,7 @@ class Queues:
         """The first entry begins where the rover stands. Raises Conflict that says by how much it does not."""
         stands = self._stances.standing_now()["state"]
         then, now = (self._core.typed(RobotState, one) for one in (start, stands))
-        found = difference(then.posture, then.T_site_base, now, self._core.layout.joint_names)
+        found = self._core.difference(then.posture, then.T_site_base, now)
         what = found.beyond(*SENT)
         if what:
             chassis, joint = f"its chassis by {found.moved:z.3f} m", f"{found.joint} by {found.turned:+z.4f} rad"

@@ -5,7 +5,7 @@ import numpy as np
 from footfall.session.answers.sessions import LookAnswer, SinceThen
 from footfall.session.core import SessionCore
 from footfall.session.gate.checks import STALE_AFTER
-from footfall.session.products.up_to_date import SENT, difference
+from footfall.session.products.up_to_date import SENT
 from footfall.session.rover.linked import LinkedRover
 from footfall.telemetry.state import RobotState
 
@@ -47,12 +47,13 @@ def moved_since(core: SessionCore, rover: LinkedRover, then: RobotState) -> Sinc
     if unknown or frame is None:
         return {"moved": None, "reason": unknown}
     now = frame.state
-    found = difference(then.posture, then.T_site_base, now, core.layout.joint_names)
+    found = core.difference(then.posture, then.T_site_base, now)
     what = found.beyond(*SENT)
+    turned = f"moved by {found.turned:+z.3f} m" if found.slides else f"turned by {np.degrees(found.turned):+z.1f}°"
     reasons = {
         "": "",
         "chassis": f"the chassis has moved by {found.moved:z.2f} m since",
-        "joint": f"{found.joint} has turned by {np.degrees(found.turned):+z.1f}° since",
+        "joint": f"{found.joint} has {turned} since",
     }
     return {"moved": bool(what), "reason": reasons[what]}
 

@@ -21,7 +21,7 @@ from footfall.session.jobs.requests import BodyMoveRequest, ShiftRequest
 from footfall.session.products.compared import UpToDate
 from footfall.session.products.kinds import BODY_MOVE, GROUND, SHIFT, WHAT_IF, Kind
 from footfall.session.products.terrains import SHORT_JOB
-from footfall.session.products.up_to_date import MEASURED, SENT, StandingDifference, difference
+from footfall.session.products.up_to_date import MEASURED, SENT, StandingDifference
 from footfall.session.rover.linked import LinkedRover
 from footfall.telemetry.state import RobotState
 
@@ -178,7 +178,7 @@ class Stances:
         return not self._between(there, end).beyond(*SENT)
 
     def _between(self, then: RobotState, now: RobotState) -> StandingDifference:
-        return difference(then.posture, then.T_site_base, now, self._core.layout.joint_names)
+        return self._core.difference(then.posture, then.T_site_base, now)
 
 
 def stands_alike(one: RobotState, other: RobotState) -> bool:

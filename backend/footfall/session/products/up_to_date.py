@@ -50,10 +50,17 @@ class StandingDifference:
     slides: bool = False
 
     def beyond(self, joint: float, place: float) -> str:
-        """What moved by more than that: "chassis", "joint" or, as nothing did, "". place: for one metre of reach."""
+        """What moved by more than that: "chassis", "joint" or, as nothing did, "".
+
+        place: for one metre of reach, as joint is for one that slides.
+        """
         if not self.moved <= place * self.reach:
             return "chassis"
-        return "" if abs(self.turned) <= joint else "joint"
+        return "" if abs(self.turned) <= self.allowed(joint) else "joint"
+
+    def allowed(self, joint: float) -> float:
+        """How far that joint may be off [rad or m] where so much is allowed one that turns [rad]."""
+        return joint * self.reach if self.slides else joint
 
 
 def difference(
@@ -66,7 +73,7 @@ def difference(
 ) -> StandingDifference:
     """Of how the rover stands now from a posture (joints,) and a pose of its chassis (4, 4)."""
     moved = pose_difference(T_site_base, now.T_site_base, reach)
-    joint, turned = worst_joint(posture, now, joint_names)
+    joint, turned = worst_joint(posture, now, joint_names, reach, sliding)
     return StandingDifference(joint, turned, moved, reach, joint in sliding)
 
 
@@ -77,8 +84,8 @@ def near_enough_in_words(found: StandingDifference) -> str:
     (turn, way), (near_turn, near_way), unit = SENT, MEASURED, "m" if found.slides else "rad"
     return (
         f"the rover stands {found.moved:z.3f} m and {abs(found.turned):z.4f} {unit} from where the plan starts: the "
-        f"gate sends plans from within {way * found.reach:.2g} m and {turn:g} {unit}; colours hold within "
-        f"{near_way * found.reach:.2g} m and {near_turn:g} {unit}"
+        f"gate sends plans from within {way * found.reach:.2g} m and {found.allowed(turn):.2g} {unit}; colours hold "
+        f"within {near_way * found.reach:.2g} m and {found.allowed(near_turn):.2g} {unit}"
     )
 
 
