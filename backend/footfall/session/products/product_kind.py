@@ -55,10 +55,9 @@ class Kind:
 
     for_described: it is made for robots that others described, too; else their sessions refuse it.
 
-    executed_by: kind that makes set points of it for a rover that sags, "" where none does. searches: it may end by its
-    time limit, and need not come out the same again. says_status: status and reason of its answer are in its event.
-    offered: what commands of it are called where they are offered, "" where they are not. plays: what a ghost plays it
-    as, step or walk; "" where it plays none.
+    executed_by: kind that makes set points of it for a rover that sags, "" where none does. says_status: status and
+    reason of its answer are in its event. offered: what commands of it are called where they are offered, "" where they
+    are not. plays: what a ghost plays it as, step or walk; "" where it plays none.
     """
 
     name: str
@@ -78,7 +77,6 @@ class Kind:
     of_this_state: bool = False
     for_described: bool = False
     executed_by: str = ""
-    searches: bool = False
     says_status: bool = False
     offered: str = ""
     plays: str = ""

@@ -9,19 +9,22 @@ from collections.abc import Mapping
 from dataclasses import dataclass
 from typing import Any
 
+import numpy as np
+
 from footfall.core.errors import Cancelled, FootFallError, InvalidBundle
 from footfall.core.interrupted import came_of_interrupt
 from footfall.core.progress import Progress, no_progress, part
 from footfall.core.value import Value
 from footfall.io.artifacts import decode
 from footfall.io.bundles import ARTIFACTS, Bundle
+from footfall.maps.layers import MapStack
+from footfall.maps.refusals import NOT_PROVEN
 from footfall.planning.answers import Status
 from footfall.planning.watch import patience
 from footfall.processor import LATE, choose_arithmetic
 from footfall.session.jobs.product_recipes import PRODUCTS, Recipe, make
 from footfall.session.log.event import event_of
 from footfall.session.log.fold import SessionState, fold_all
-from footfall.session.products.kinds import KINDS
 from footfall.session.replay.compare import differences
 from footfall.session.storage.artifact_folder import bytes_digest, verify_artifact
 from footfall.session.storage.store import read_session
@@ -210,21 +213,18 @@ class _Replayed:
         timed_out = [
             when
             for when, result in (("when it was recorded", recorded), ("in this replay", product))
-            if self._timed_out(result)
+            if _timed_out(result)
         ]
         if timed_out:
-            # How far a search comes in its time depends on the machine and on what else runs there.
+            # How far it comes in its time depends on the machine and on what else runs there.
             verdict = "not_reproducible" if timed_out[0] == "when it was recorded" else "different"
-            text = f"the search ran into its time limit {' and '.join(timed_out)}, so the two need not agree"
+            text = f"it ran into its time limit {' and '.join(timed_out)}, so the two need not agree"
         elif magnitude is not None and magnitude <= EQUAL_WITHIN:
             verdict, text = "equal_within", f"{len(found)} fields differ by at most {magnitude:.3g}"
         else:
             late = "" if choose_arithmetic() else f"; {LATE}"
             verdict, text = "different", f"{first.path}: {first.text}{late}"
         return ProductReport(self.seq, self.kind, self.digest, digest, verdict, first.path, magnitude, text)
-
-    def _timed_out(self, result: Value | bytes) -> bool:
-        return KINDS[self.kind].searches and getattr(result, "status", None) is Status.TIME_LIMIT
 
     def _say(self, verdict: str, recomputed: str | None, text: str) -> ProductReport:
         return ProductReport(self.seq, self.kind, self.digest, recomputed, verdict, None, None, text)
@@ -242,3 +242,10 @@ class _Replayed:
                 verify_artifact(name, data)
                 return data
         return self._value(digest)
+
+
+def _timed_out(result: Value | bytes) -> bool:
+    """Whether a search, or maps that are made cell by cell, ended by a time limit."""
+    if isinstance(result, MapStack):
+        return bool((result.layers.get("refused_by", np.zeros(0)) == NOT_PROVEN).any())
+    return getattr(result, "status", None) is Status.TIME_LIMIT

@@ -7,11 +7,16 @@ import pytest
 
 from footfall.core.frames import transform
 from footfall.planning.legged.measured import measured_at_rest
+from footfall.planning.legged.problem import LeggedSettings
 from footfall.session.gate.checks import POSE_TOLERANCE, START_TOLERANCE
 from footfall.session.jobs.local import InlineJobs
+from footfall.session.jobs.product_recipes import PRODUCTS
+from footfall.session.jobs.requests import DescribedMapRequest
+from footfall.session.products.kinds import DESCRIBED_MAPS
 from footfall.session.products.snapshot_age import moved_since
 from footfall.session.products.up_to_date import MEASURED, PLACE_TOLERANCE, SENT, difference, near_enough_in_words
 from footfall.session.registry import Sessions
+from footfall.session.replay.recompute import replay
 from footfall.telemetry.joint_layout import JointLayout
 from footfall.telemetry.state import RobotState, TelemetryFrame
 from footfall.terrain.generate import fractal
@@ -53,6 +58,32 @@ def test_images_and_stances_are_of_a_robot_that_stands_as_near_as_it_is_small(li
     for number, share, moved in ((3, 0.8, False), (4, 1.2, True)):
         hear(live, number, further(stands, share * reach * POSE_TOLERANCE))
         assert moved_since(live, live.rover, stands)["moved"] is moved
+
+
+def test_maps_that_ran_out_of_time_need_not_come_out_the_same(live):
+    stands = measured_at_rest(live.any_robot, live.get(live.state.dem))
+    hear(live, 0, stands)
+    recipe = PRODUCTS["described_maps"]
+
+    def replayed(recorded: float, again: float):
+        request = DescribedMapRequest(0, LeggedSettings(time_limit=recorded))
+        digest = live.stances.ask(DESCRIBED_MAPS, request, leg=0).finish()
+
+        def make(parents, settings, progress):
+            return recipe(parents, replace(settings, settings=LeggedSettings(time_limit=again)), progress)
+
+        report = replay(live.export_bundle(), recipes={**PRODUCTS, "described_maps": make})
+        (found,) = [one for one in report.products if one.digest == digest]
+        return found.verdict, found.text, report.ok
+
+    enough, none = 600.0, 1e-9
+    verdict, text, ok = replayed(none, enough)
+    assert (verdict, ok) == ("not_reproducible", True)
+    assert "ran into its time limit when it was recorded" in text
+    assert replayed(enough, enough)[0] == "same"
+    verdict, text, ok = replayed(0.9 * enough, none)
+    assert (verdict, ok) == ("different", False)
+    assert "ran into its time limit in this replay" in text
 
 
 def test_a_joint_that_slides_may_be_off_by_a_share_of_the_reach():
