@@ -370,3 +370,24 @@ def test_a_walk_that_is_walked_is_out_of_date_only_where_its_next_foot_move_cann
         for far, gate, made, _ in cases
     ]
     assert of_page(DOUBT, "fits.js", given) == [told for *_, told in cases]
+
+
+CHECKS = """
+    const { checkTold } = await import(process.argv[1]);
+    console.log(JSON.stringify(JSON.parse(await new Response(process.stdin).text()).map(checkTold)));
+"""
+
+
+def test_a_check_says_what_it_has_to_spare_and_not_as_how_much_is_used():
+    checks = [
+        {"name": "torque", "margin": 0.317, "unit": "of the limit", "where": "knee 2"},
+        {"name": "clearance", "margin": -0.02, "unit": "m", "where": "wheel 3 and the ground"},
+        {"name": "support", "margin": 0.1, "unit": "m", "where": ""},
+        {"name": "contact", "margin": None, "unit": "m", "where": "leg 1"},
+    ]
+    assert of_page(CHECKS, "texts/plan.js", checks) == [
+        "torque: 0.317 of the limit to spare, knee 2",
+        "clearance: 0.020 m short, wheel 3 and the ground",
+        "support: 0.100 m to spare",
+        "contact leg 1",
+    ]

@@ -18,8 +18,11 @@ export const newerGround = "The terrain is newer, but the same where this plan l
 // A check's margin in the unit that it has.
 export const marginOf = ({ margin, unit }) => (margin === null ? "–" : `${fixed(margin)} ${unit}`);
 
-// A check on one line.
-export const checkTold = ({ name, margin, unit, where }) => `${name}${margin === null ? "" : ` ${fixed(margin)} ${unit}`} ${where}`;
+// A check on one line: what it has to spare, and where that is least.
+export const checkTold = ({ name, margin, unit, where }) => {
+  const size = margin === null ? "" : `${fixed(Math.abs(margin))} ${unit} ${margin < 0 ? "short" : "to spare"}`;
+  return [name + (size && `: ${size}`), where].filter(Boolean).join(size ? ", " : " ");
+};
 
 // -- whether it fits how things are now ------------------------------------------------------------
 
