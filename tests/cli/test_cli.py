@@ -1,6 +1,7 @@
 """The command line: results, JSON, exit codes 0, 1 and 2."""
 
 import json
+import re
 import signal
 import subprocess
 import sys
@@ -22,6 +23,21 @@ def test_help_and_version():
     assert run("--version").stdout.startswith("footfall 0.")
     run("no-such-command", code=2)
     run("map", code=2)
+
+
+def test_it_runs_as_a_module_where_it_is_on_no_path():
+    done = subprocess.run(
+        [sys.executable, "-m", "footfall", "--version"], capture_output=True, text=True, timeout=BOUND
+    )
+    assert (done.returncode, done.stdout) == (0, run("--version").stdout)
+
+
+@pytest.mark.parametrize(
+    ("kind", "numbers"), [("walk", "X Y [YAW]"), ("gait", "X Y [YAW]"), ("route", "X Y"), ("step", "X Y")]
+)
+def test_help_shows_numbers_as_they_are_typed(kind, numbers):
+    (said,) = [line for line in run("plan", kind, "--help").output.splitlines() if re.search("--(goal|target) ", line)]
+    assert f" {numbers} " in said
 
 
 def test_terrain_info_and_convert(level, tmp_path):

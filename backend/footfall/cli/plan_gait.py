@@ -7,8 +7,8 @@ from typing import Annotated
 import typer
 
 from footfall.cli import terminal
-from footfall.cli.plan_walk import GOAL, GOAL_YAW
-from footfall.cli.terminal import AtX, AtY, AtYaw, Json, Pair, RobotName, bar
+from footfall.cli.plan_walk import GOAL_YAW, Goal
+from footfall.cli.terminal import AtX, AtY, AtYaw, Json, RobotName, bar
 from footfall.core.value import fields_of
 from footfall.planning.answers import Status
 from footfall.planning.gait.problem import GAITS, TRIPOD, GaitPlan, GaitResult, GaitSettings
@@ -17,9 +17,7 @@ from footfall.planning.walk.problem import WalkGoal
 
 def plan_gait(
     terrain: Annotated[Path, typer.Argument(help="Terrain file.")],
-    goal: Annotated[
-        Pair, typer.Option(GOAL, help="Where the chassis is to be, x and y [m]; a third number: its heading [rad].")
-    ],
+    goal: Goal,
     goal_yaw: Annotated[float | None, typer.Option(GOAL_YAW, help="That heading [rad]; otherwise it is kept.")] = None,
     gait: Annotated[str, typer.Option(help=f"One of {', '.join(GAITS)}.")] = TRIPOD,
     stride: Annotated[

@@ -19,7 +19,7 @@ from footfall.planning.route.problem import Route, RouteResult, RouteSettings, s
 
 def plan_route(
     terrain: Annotated[Path, typer.Argument(help="Terrain file.")],
-    goal: Annotated[Pair, typer.Option("--goal", help="Where the chassis is to be, x and y [m].")],
+    goal: Annotated[Pair, typer.Option("--goal", help="Where the chassis is to be, x and y [m].", metavar="X Y")],
     x: AtX = 0.0,
     y: AtY = 0.0,
     yaw: AtYaw = 0.0,

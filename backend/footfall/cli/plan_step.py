@@ -14,7 +14,7 @@ from footfall.planning.step.problem import GOAL_ORDERS, PLANNERS, StepSettings
 def plan_step(
     terrain: Annotated[Path, typer.Argument(help="Terrain file.")],
     leg: LegNumber,
-    target: Annotated[Pair, typer.Option(help="Where the wheel or foot is to touch, x and y [m].")],
+    target: Annotated[Pair, typer.Option(help="Where the wheel or foot is to touch, x and y [m].", metavar="X Y")],
     x: AtX = 0.0,
     y: AtY = 0.0,
     yaw: AtYaw = 0.0,

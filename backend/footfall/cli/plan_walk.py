@@ -29,6 +29,12 @@ from footfall.planning.walk.smoothing import Smoothed, Smoothing
 from footfall.planning.walk_execution.problem import WalkExecutionResult
 
 GOAL, GOAL_YAW = "--goal", "--goal-yaw"
+Goal = Annotated[
+    Pair,
+    typer.Option(
+        GOAL, help="Where the chassis is to be, x and y [m]; a third number: its heading [rad].", metavar="X Y [YAW]"
+    ),
+]
 
 
 class WithGoal(TyperCommand):
@@ -57,9 +63,7 @@ def _is_number(text: str) -> bool:
 
 def plan_walk(
     terrain: Annotated[Path, typer.Argument(help="Terrain file.")],
-    goal: Annotated[
-        Pair, typer.Option(GOAL, help="Where the chassis is to be, x and y [m]; a third number: its heading [rad].")
-    ],
+    goal: Goal,
     goal_yaw: Annotated[
         float | None, typer.Option(GOAL_YAW, help="That heading [rad]; otherwise whichever way it faces.")
     ] = None,

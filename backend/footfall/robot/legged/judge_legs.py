@@ -7,7 +7,7 @@ import numpy as np
 from footfall.robot.legged.able_to_walk import why_unable
 from footfall.robot.legged.finding import Finding, doubtful, good, unusable
 from footfall.robot.legged.groups import leg_mass, part_lengths
-from footfall.robot.legged.judge_tree import least_distance
+from footfall.robot.legged.judge_tree import kilograms, least_distance
 from footfall.robot.legged.legged_model import LegChain, LeggedModel
 from footfall.robot.legged.touching import body_mesh
 from footfall.robot.legged.tree import RobotTree
@@ -39,7 +39,7 @@ def judge_legs(model: LeggedModel) -> tuple[Finding, ...]:
 def judge_mass(tree: RobotTree, weighed: float) -> Finding:
     """Whether the links together weigh what the robot was found to weigh [kg]."""
     off = abs(tree.mass - weighed) / weighed
-    text = f"the links weigh {tree.mass:z.3f} kg, mass_check says {weighed:z.3f} kg: {off:.1%} apart"
+    text = f"the links weigh {kilograms(tree.mass)}, mass_check says {kilograms(weighed)}: {off:.1%} apart"
     if off > MASS_NEAR:
         return unusable("mass_check", tree.root, text)
     return doubtful("mass_check", tree.root, text) if off > MASS_SAME else good("mass_check", text)

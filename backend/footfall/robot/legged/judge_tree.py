@@ -23,7 +23,7 @@ def judge_tree(tree: RobotTree) -> tuple[Finding, ...]:
     """Findings about links and joints, leg or not; one that all is well for each check that found nothing."""
     found: list[Finding] = []
     checks = (
-        ("mass", _masses(tree), f"{len(tree.links)} links weigh {tree.mass:z.3f} kg"),
+        ("mass", _masses(tree), f"{len(tree.links)} links weigh {kilograms(tree.mass)}"),
         ("inertia", _inertias(tree), "inertias are positive definite and keep the triangle inequality"),
         ("limits", _limits(tree), "every joint that needs limits has them in order"),
         ("effort", _given(tree, "effort"), "every joint says how strong it is"),
@@ -118,6 +118,11 @@ def joined_inertia(
         R = T_body_link[:3, :3]
         inertia += R @ link.inertia @ R.T + link.mass * (offset @ offset * np.eye(3) - np.outer(offset, offset))
     return float(masses.sum()), center, inertia
+
+
+def kilograms(mass: float) -> str:
+    """A mass with its unit, in words: to the gram, or to three digits where it is less than 100 g."""
+    return f"{mass:z.3f} kg" if mass >= 0.1 else f"{mass:.3g} kg"
 
 
 def _limits(tree: RobotTree) -> Iterator[Finding]:
