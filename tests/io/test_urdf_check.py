@@ -7,6 +7,7 @@ import pytest
 from footfall.io.urdf.examine import examine
 from footfall.robot.legged.finding import Grade
 from tests.support.urdf import FOOT, INERTIA, LIMIT, link, quadruped, replaced, written
+from tests.support.walkers import ring
 
 GOOD, DOUBTFUL, UNUSABLE = Grade.GOOD, Grade.DOUBTFUL, Grade.UNUSABLE
 CHECKS = (
@@ -21,6 +22,7 @@ CHECKS = (
     "collision",
     "mimic",
     "symmetry",
+    "walking",
 )
 
 
@@ -47,10 +49,19 @@ ROD = '<origin xyz="0 0 -0.15"/><geometry><cylinder radius="0.02" length="0.2"/>
 
 
 def test_a_sound_robot_is_good_in_every_check(tmp_path):
-    findings = examine(written(tmp_path, quadruped()))
+    findings = examine(written(tmp_path, ring(4)))
     assert tuple(one.check_name for one in findings) == CHECKS
     assert {one.grade for one in findings} == {GOOD}
-    assert findings[0].text == "13 links weigh 22.400 kg"
+    assert re.fullmatch(r"\d+ links weigh \d+\.\d{3} kg", findings[0].text)
+
+
+def test_a_robot_of_two_joints_a_leg_is_good_but_for_walking(tmp_path):
+    *others, a, b, c, d = examine(written(tmp_path, quadruped()))
+    assert tuple(one.check_name for one in others) == CHECKS[:-1]
+    assert {one.grade for one in others} == {GOOD}
+    assert others[0].text == "13 links weigh 22.400 kg"
+    unable = [(one.check_name, one.grade, one.where) for one in (a, b, c, d)]
+    assert unable == [("walking", DOUBTFUL, leg) for leg in ("LF", "RF", "LH", "RH")]
 
 
 @pytest.mark.parametrize(

@@ -271,7 +271,8 @@ def test_time_that_runs_out_behind_a_dead_end_tells_how_far_the_walk_came(monkey
     _, robot = robot_of(4)
     dem, clock = ground_for(4, "smooth"), count()
     # the clock goes on by 1 s for each foot move: after ten there is a dead end, and one of them is taken back
-    monkeypatch.setattr("footfall.planning.legged.walk.time", SimpleNamespace(monotonic=lambda: float(next(clock))))
+    for module in ("legged.walk", "watch"):
+        monkeypatch.setattr(f"footfall.planning.{module}.time", SimpleNamespace(monotonic=lambda: float(next(clock))))
     late = LeggedSettings(time_limit=11.5, least_margin=0.194)
     result = plan_walk(robot, dem, stand(robot, dem), (0.4, 0.0), late)
     assert result.status is Status.TIME_LIMIT

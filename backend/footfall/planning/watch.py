@@ -28,6 +28,11 @@ def patience(times: float) -> Iterator[None]:
         _patience.reset(before)
 
 
+def time_taken(begun: float) -> float:
+    """Seconds since then, a ``time.monotonic()``, as a time limit counts them: fewer where :func:`patience` is had."""
+    return (time.monotonic() - begun) / _patience.get()
+
+
 class OutOfTime(Exception):
     """The time limit passed; inside planning only, where it becomes the status TIME_LIMIT."""
 

@@ -30,6 +30,7 @@ from footfall.planning.legged.through_body import through_body
 from footfall.planning.legged.walk import goal_refused
 from footfall.planning.legged.whole_check import Refusal, Tally
 from footfall.planning.walk.problem import WalkGoal, goal_of
+from footfall.planning.watch import time_taken
 from footfall.robot.legged.legged_robot import LeggedRobot
 from footfall.terrain.dem import Dem
 
@@ -58,7 +59,7 @@ class _Course:
         self.samples: list[Sample] = []
         self.moves: list[int] = []
         self.tally, self.tries = Tally(), Tally()
-        self.progress, self.ends = progress, time.monotonic() + ground.settings.time_limit
+        self.progress, self.began = progress, time.monotonic()
 
     def take(self, samples: list[Sample], tally: Tally, state: LeggedState) -> None:
         self.samples += samples[1:] if self.samples else samples
@@ -75,7 +76,7 @@ class _Course:
 
     def foot_goes(self, leg: int, home: Array, pose: tuple[float, float, float], passing: bool) -> None:
         """The leg's foot goes near a place (2,) with the chassis near a pose; raises _Refused."""
-        if time.monotonic() > self.ends:
+        if time_taken(self.began) > self.ground.settings.time_limit:
             raise _Refused(Status.TIME_LIMIT, f"no walk within {self.ground.settings.time_limit:g} s")
         self.tries = Tally()
         own, other = self.stack_of(leg)

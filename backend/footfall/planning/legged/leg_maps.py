@@ -25,6 +25,7 @@ from footfall.planning.legged.problem import LeggedSettings, LeggedState
 from footfall.planning.legged.stance import Ground, all_standing
 from footfall.planning.legged.step import begun, provenance, start_refused, tally_in_words
 from footfall.planning.legged.whole_check import LIMIT_RESERVE, Margin, Refusal, Tally
+from footfall.planning.watch import time_taken
 from footfall.robot.legged.legged_robot import LeggedRobot
 from footfall.terrain.dem import Dem
 from footfall.terrain.ground.surface import height_at
@@ -89,7 +90,7 @@ def compute_maps(
     for done, (row, col) in enumerate(places):
         if why:
             cells.code[row, col] = refusals.NOT_LIFTED
-        elif time.monotonic() - began > settings.time_limit:
+        elif time_taken(began) > settings.time_limit:
             cells.code[row, col] = refusals.NOT_PROVEN
         else:
             cells.look(row, col, ready)

@@ -36,6 +36,7 @@ from footfall.planning.legged.way_round import way_round
 from footfall.planning.legged.whole_check import Refusal, Tally
 from footfall.planning.route.problem import Route
 from footfall.planning.walk.problem import WalkGoal, goal_of
+from footfall.planning.watch import time_taken
 from footfall.robot.legged.legged_robot import LeggedRobot
 from footfall.terrain.dem import Dem
 from footfall.terrain.ground.surface import height_at
@@ -194,7 +195,7 @@ def plan_walk(
     if result.status is Status.NO_PATH and route is None:
         around = way_round(robot, dem, state, goal)
         result = replace(result, reason=f"{result.reason}; {around}") if around else result
-    left = settings.time_limit - (time.monotonic() - began)
+    left = settings.time_limit - time_taken(began)
     if result.status is not Status.NO_PATH or settings.least_margin <= THIN or left <= 0:
         return result
     thin = Ground(robot, dem, replace(settings, least_margin=THIN, time_limit=left))
@@ -254,7 +255,7 @@ def _plan(
     began, ends = time.monotonic(), 0
     farthest: _DeadEnd | None = None
     while walk.arrival is None:
-        if time.monotonic() - began > ground.settings.time_limit:
+        if time_taken(began) > ground.settings.time_limit:
             return _cut_short(walk, farthest)
         if walk.goes_on():
             progress(walk.share, f"{len(walk.steps)} foot moves")

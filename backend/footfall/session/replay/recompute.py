@@ -188,7 +188,7 @@ class _Replayed:
         if not self.check:
             return self._say("unchecked", None, "read, not recomputed")
         try:
-            with patience(1.0 if self._timed_out(recorded) else PATIENCE):
+            with patience(1.0 if _timed_out(recorded) else PATIENCE):
                 product = make(self.recipes, self.kind, parents, settings, self.progress)
         except Cancelled:
             raise
