@@ -63,21 +63,21 @@ def set_apart(amounts: Sequence[Mapping[str, float]]) -> tuple[Apart | None, ...
     known = [name for name in MEASURES if amounts and all(np.isfinite(one.get(name, np.nan)) for one in amounts)]
     if len(amounts) < 2:
         return tuple(found)
+    ranked = {name: _ranked(name, [one[name] for one in amounts]) for name in known}
     for rank in range(1, len(amounts) + 1):
         for name in known:
-            at = _alone(name, [one[name] for one in amounts], rank)
+            at = ranked[name][rank - 1]
             if at is not None and found[at] is None:
                 found[at] = _apart(name, rank, amounts[at][name])
     return tuple(found)
 
 
-def _alone(name: str, amounts: Sequence[float], rank: int) -> int | None:
-    """Which place has this rank; None where it shares it."""
+def _ranked(name: str, amounts: Sequence[float]) -> list[int | None]:
+    """The places by rank, the best first; None for one that shares its rank."""
     measure = MEASURES[name]
-    ranked = sorted(range(len(amounts)), key=lambda i: -amounts[i] if measure.most else amounts[i])
-    at = ranked[rank - 1]
     words = [spoken(amount, measure.unit) for amount in amounts]
-    return at if words.count(words[at]) == 1 else None
+    ranked = sorted(range(len(amounts)), key=lambda i: -amounts[i] if measure.most else amounts[i])
+    return [at if words.count(words[at]) == 1 else None for at in ranked]
 
 
 def _apart(name: str, rank: int, amount: float) -> Apart:

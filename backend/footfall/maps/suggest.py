@@ -198,14 +198,16 @@ def _filled(score: NDArray[np.float64], chosen: list[tuple[int, int]], count: in
 
 
 def _suggestions(found: Quality, cells: list[tuple[int, int]]) -> tuple[Suggestion, ...]:
-    apart = set_apart([_measured(found, row, col) for row, col in cells])
-    return tuple(_suggestion(found, row, col, one) for (row, col), one in zip(cells, apart, strict=True))
+    judged = _at_each(found, cells)
+    apart = set_apart([_measured(found, cell, amounts) for cell, (_, amounts) in zip(cells, judged, strict=True)])
+    return tuple(
+        _suggestion(found, row, col, *at, one) for (row, col), at, one in zip(cells, judged, apart, strict=True)
+    )
 
 
-def _measured(found: Quality, row: int, col: int) -> dict[str, float]:
+def _measured(found: Quality, cell: tuple[int, int], amounts: Mapping[str, float]) -> dict[str, float]:
     """What of ``MEASURES`` is known of a cell, whether or not it counts."""
-    x, y, _ = found.situation.foot
-    _, amounts = _at(found, row, col)
+    (row, col), (x, y, _) = cell, found.situation.foot
     layers = {name: float(found.layers[name][row, col]) for name in MEASURES if name in found.layers}
     away = float(np.hypot(found.geometry.xs[col] - x, found.geometry.ys[row] - y))
     return {**layers, **amounts, "away": away}
@@ -213,13 +215,24 @@ def _measured(found: Quality, row: int, col: int) -> dict[str, float]:
 
 def _at(found: Quality, row: int, col: int) -> tuple[dict[str, float], dict[str, float]]:
     """Counted factors at one cell: name → 0…1, and name → amount."""
-    cell = np.array([row * found.geometry.cols + col])
-    amounts = {name: float(amount[0]) for name, amount in found.amounts(cell).items()}
-    return {name: float(factor_of(name, amounts[name], found.settings)) for name in amounts}, amounts
+    (at,) = _at_each(found, [(row, col)])
+    return at
 
 
-def _suggestion(found: Quality, row: int, col: int, apart: Apart | None) -> Suggestion:
-    factors, amounts = _at(found, row, col)
+def _at_each(found: Quality, cells: list[tuple[int, int]]) -> list[tuple[dict[str, float], dict[str, float]]]:
+    """As :func:`_at`, for each of many cells."""
+    amounts = found.amounts(np.array([row * found.geometry.cols + col for row, col in cells], np.int64))
+    factors = {name: factor_of(name, amount, found.settings).tolist() for name, amount in amounts.items()}
+    listed = {name: amount.tolist() for name, amount in amounts.items()}
+    return [
+        ({name: factors[name][i] for name in factors}, {name: listed[name][i] for name in listed})
+        for i in range(len(cells))
+    ]
+
+
+def _suggestion(
+    found: Quality, row: int, col: int, factors: dict[str, float], amounts: dict[str, float], apart: Apart | None
+) -> Suggestion:
     unknown = bool(found.unknown[row, col])
     reasons = []
     if unknown:
