@@ -40,6 +40,7 @@ class SessionCore:
     """
 
     _layout: "JointLayout | None" = None
+    _reach: float | None = None
 
     def __init__(self, store: SessionStore, jobs: JobPool) -> None:
         self.store = store
@@ -104,12 +105,15 @@ class SessionCore:
     @property
     def reach(self) -> float:
         """How far from its origin the chassis is compared with where it was [m]: 1 m, or a shorter longest leg."""
-        other = self.described
-        if other is None:
-            return 1.0
-        from footfall.robot.legged.groups import longest_leg
+        if self._reach is None:
+            other = self.described
+            if other is None:
+                self._reach = 1.0
+            else:
+                from footfall.robot.legged.groups import longest_leg
 
-        return min(1.0, longest_leg(other.model))
+                self._reach = min(1.0, longest_leg(other.model))
+        return self._reach
 
     def difference(self, posture: Array, T_site_base: Array, now: RobotState) -> StandingDifference:
         """Of how the robot stands now from a posture (joints,) and a pose of its chassis (4, 4)."""
