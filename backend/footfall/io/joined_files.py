@@ -47,10 +47,10 @@ def joined_script(entry: Path) -> Joined:
     Raises:
         InvalidInput: an import or export is written otherwise than is heeded here, or modules form a circle.
     """
-    order: dict[Path, None] = {}
-    _put_in_order(entry.resolve(), order)
-    scopes = {file: _scope(entry, file) for file in order}
-    parts = (f"const {scope} = (() => {{{_body(file, scopes)}}})();\n" for file, scope in scopes.items())
+    sources: dict[Path, str] = {}
+    _put_in_order(entry.resolve(), sources)
+    scopes = {file: _scope(entry, file) for file in sources}
+    parts = (f"const {scope} = (() => {{{_body(file, sources[file], scopes)}}})();\n" for file, scope in scopes.items())
     return Joined('"use strict";' + "".join(parts), tuple(scopes))
 
 
@@ -74,20 +74,21 @@ def joined_style(entry: Path) -> Joined:
 
     def text(file: Path) -> str:
         files.append(file)
-        return _STYLE.sub(lambda found: text((file.parent / found[1]).resolve()), file.read_text())
+        return _STYLE.sub(lambda found: text((file.parent / found[1]).resolve()), file.read_text("utf-8"))
 
     return Joined(text(entry.resolve()), tuple(files))
 
 
-def _put_in_order(file: Path, order: dict[Path, None], above: tuple[Path, ...] = ()) -> None:
-    """Puts a module's file after those of all that it imports. above: which import it, one the other."""
+def _put_in_order(file: Path, sources: dict[Path, str], above: tuple[Path, ...] = ()) -> None:
+    """Puts what a module's file holds after that of all that it imports. above: which import it, one the other."""
     if file in above:
         circle = " → ".join(one.name for one in (*above[above.index(file) :], file))
         raise InvalidInput(f"modules import each other in a circle: {circle}")
-    if file not in order:
-        for address in _imports(file.read_text()):
-            _put_in_order((file.parent / address).resolve(), order, (*above, file))
-        order[file] = None
+    if file not in sources:
+        source = file.read_text("utf-8")
+        for address in _imports(source):
+            _put_in_order((file.parent / address).resolve(), sources, (*above, file))
+        sources[file] = source
 
 
 def _imports(source: str) -> Iterator[str]:
@@ -97,7 +98,7 @@ def _imports(source: str) -> Iterator[str]:
             yield address
 
 
-def _body(file: Path, scopes: dict[Path, str]) -> str:
+def _body(file: Path, source: str, scopes: dict[Path, str]) -> str:
     """A module as the body of a function that returns what it exports, in as many lines."""
     exports: list[str] = []
 
@@ -122,8 +123,7 @@ def _body(file: Path, scopes: dict[Path, str]) -> str:
         exports.extend(f"{outside}: {of}{own}" for own, outside in map(_renamed, found["listed"].split(", ")))
         return ""
 
-    source = _STATEMENT.sub(inside, file.read_text())
-    return f"{source}\nreturn {{ {', '.join(exports)} }};\n"
+    return f"{_STATEMENT.sub(inside, source)}\nreturn {{ {', '.join(exports)} }};\n"
 
 
 def _names(imported: str) -> str:
