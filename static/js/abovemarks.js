@@ -2,6 +2,7 @@
 
 import { barOf } from "./above.js";
 import { outOfDate } from "./fits.js";
+import { keptOff } from "./footfallmoves.js";
 import { telemetryAge } from "./store.js";
 import * as texts from "./texts/ground.js";
 import { leg as legTold } from "./texts/shared.js";
@@ -27,6 +28,7 @@ export function paintMarks(pen, place, facts, { forbidden, pinned }, moves) {
   if (route?.plan && !outOfDate(summary.up_to_date.route)) line(pen, route.plan.points.map(place), COLOURS.route);
   if (wayOf(facts)) paintWalk(pen, place, wayOf(facts), footfallsOf(facts));
   for (const { x, y } of forbidden) crossed(pen, place([x, y]));
+  for (const { x, y, radius } of keptOff({ forbidden, pinned })) circle(pen, place([x, y]), radius * pixelsOf(place));
   for (const { x, y, leg } of pinned) boxed(pen, place([x, y]), String(leg));
   for (const { from, to } of moves) {
     line(pen, [place(from), place(to)], COLOURS.pinned, [4, 4]);
@@ -67,7 +69,7 @@ function paintFacing(pen, place, onSite) {
 
 function paintWalk(pen, place, { Ts_site_base: stood }, footfalls) {
   line(pen, stood.map((T) => place([T[0][3], T[1][3]])), COLOURS.walk);
-  const pixels = Math.hypot(...[0, 1].map((i) => place([1, 0])[i] - place([0, 0])[i]));
+  const pixels = pixelsOf(place);
   for (const { leg, at: [x, y] } of footfalls) {
     const at = place([x, y]);
     dot(pen, at, COLOURS.walk);
@@ -113,6 +115,14 @@ function crossed(pen, [x, y]) {
   line(pen, [[x - 6, y - 6], [x + 6, y + 6]], COLOURS.forbidden);
   line(pen, [[x - 6, y + 6], [x + 6, y - 6]], COLOURS.forbidden);
 }
+
+function circle(pen, [x, y], radius) {
+  const turns = Array.from({ length: 49 }, (_, i) => (2 * Math.PI * i) / 48);
+  line(pen, turns.map((turn) => [x + radius * Math.cos(turn), y + radius * Math.sin(turn)]), COLOURS.forbidden, [6, 4]);
+}
+
+// Of a metre.
+const pixelsOf = (place) => Math.hypot(...[0, 1].map((i) => place([1, 0])[i] - place([0, 0])[i]));
 
 function boxed(pen, [x, y], text) {
   line(pen, [[x - 7, y - 7], [x + 7, y - 7], [x + 7, y + 7], [x - 7, y + 7], [x - 7, y - 7]], COLOURS.pinned);

@@ -23,8 +23,12 @@ export function withMoves({ forbidden, pinned }, moves) {
 /** @type {(places: Places, asked: Partial<Places> | undefined) => boolean} */
 export const areHeeded = ({ forbidden, pinned }, asked) => areAmong(forbidden, asked?.forbidden) && areAmong(pinned, asked?.pinned);
 
+// The ground that is kept off: no foot is put there, and routes keep the chassis off it, too.
+/** @type {(places: Places) => {x: number, y: number, radius: number}[]} */
+export const keptOff = ({ forbidden }) => forbidden.flatMap(({ x, y, radius, leg }) => (radius && leg === undefined ? [{ x, y, radius }] : []));
+
 /** @type {(places: Place[], others: Place[] | undefined) => boolean} */
-const areAmong = (places, others = []) => places.every((one) => others.some((other) => (one.leg ?? null) === (other.leg ?? null) && apart([one.x, one.y], [other.x, other.y]) < SAME));
+export const areAmong = (places, others = []) => places.every((one) => others.some((other) => (one.leg ?? null) === (other.leg ?? null) && apart([one.x, one.y], [other.x, other.y]) < SAME));
 
 // A footfall that is moved again is moved from where the walk has it; back there, it is not moved.
 /** @type {(moves: Move[], move: Move) => Move[]} */

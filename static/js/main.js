@@ -37,6 +37,7 @@ import * as map from "./panels/map.js";
 import * as next from "./panels/next.js";
 import * as others from "./panels/others.js";
 import * as outcome from "./panels/outcome.js";
+import * as places from "./panels/places.js";
 import * as plan from "./panels/plan.js";
 import * as plots from "./panels/plots.js";
 import * as record from "./panels/record.js";
@@ -56,7 +57,7 @@ import * as whatIf from "./panels/whatif.js";
 import * as whose from "./panels/whose.js";
 import * as work from "./panels/work.js";
 
-const PANELS = [work, ground, images, footfall, suggest, map, whatIf, hand, plan, walk, loop, gait, tether, goal, route, execution, ghost, strip, gauge, age, view, whose, commands, row, conn, run, outcome, clearances, legs, telemetry, plots, timeline, sessions, record, others, next];
+const PANELS = [work, ground, images, footfall, suggest, map, whatIf, hand, plan, walk, places, loop, gait, tether, goal, route, execution, ghost, strip, gauge, age, view, whose, commands, row, conn, run, outcome, clearances, legs, telemetry, plots, timeline, sessions, record, others, next];
 
 wearKept();
 

@@ -13,7 +13,7 @@ from tests.support.laid_sample import lay_sample
 from tests.support.page_steps import held, lay_out
 from tests.support.server import running_server
 
-PLACES = "async () => (await import('/js/page.js')).modules['panels/walk.js'].placesSaid()"
+PLACES = "async () => (await import('/js/page.js')).modules['panels/places.js'].placesSaid()"
 BORDER = "canvas => [canvas.clientLeft, canvas.clientTop]"
 SCRIPT = """
     const moves = await import(process.argv[1]);

@@ -44,7 +44,7 @@ def test_it_is_begun_held_let_go_on_and_cancelled(page: Page, served: Running, l
     order = asked.value.post_data_json
     assert order is not None
     assert order["limits"] == {**fields_of(WayOnSettings()), "look_every": 0}
-    assert (order["farthest"], order["walk"]["seed"], order["route"]) == (3.0, 3, {})
+    assert (order["farthest"], order["walk"]["seed"], order["route"]) == (3.0, 3, {"no_go": []})
     assert order["choose_by"] == "planner"
     until(lambda: held(served)["run"], "the first commands")
     assert held(served)["route"] is not None

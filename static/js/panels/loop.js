@@ -6,6 +6,7 @@ import { once, post } from "../api.js";
 import { settled } from "../choosing.js";
 import { $, attempt, element } from "../dom.js";
 import { events, subscribeToEvents, when } from "../events.js";
+import { keptOff } from "../footfallmoves.js";
 import { reveal, unfold } from "../layout.js";
 import { known, subscribe } from "../store.js";
 import { refresh } from "../stream.js";
@@ -13,6 +14,7 @@ import * as shared from "../texts/shared.js";
 import * as texts from "../texts/walk.js";
 import { kept, unsure } from "./conn.js";
 import { goalTold } from "./goal.js";
+import { placesSaid } from "./places.js";
 import { tether } from "./tether.js";
 import { goalMeant, walkSettings } from "./walk.js";
 
@@ -59,7 +61,7 @@ const begin = () => attempt(async () => {
   if (!$("loop-form").reportValidity()) return;
   const limits = Object.fromEntries(LIMITS.map((name) => [name, Number($(`loop-${name}`).value)]));
   const { seed, forbidden } = walkSettings(); // a pinned place is one of the walk that it was pinned in
-  await post("/sessions/current/walk-loop", { goal: goalMeant(), limits, walk: { seed, forbidden }, farthest: Number($("loop-farthest").value), route: $("loop-route").checked ? {} : null, choose_by: $("loop-choose_by").value }, once());
+  await post("/sessions/current/walk-loop", { goal: goalMeant(), limits, walk: { seed, forbidden }, farthest: Number($("loop-farthest").value), route: $("loop-route").checked ? { no_go: keptOff(placesSaid()) } : null, choose_by: $("loop-choose_by").value }, once());
   await refresh();
 });
 

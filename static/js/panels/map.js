@@ -17,7 +17,7 @@ import * as texts from "../texts/ground.js";
 import * as shared from "../texts/shared.js";
 import { ink } from "../themes.js";
 import { picks, setGoal } from "./goal.js";
-import { carryFootfall, footfallsMeant, letFootfallGo, movesShown, placesSaid, takeFootfall } from "./walk.js";
+import { carryFootfall, footfallsMeant, letFootfallGo, movesShown, placesSaid, takeFootfall } from "./places.js";
 
 const SIDES = ["left", "right"];
 const FIRST = { left: "footing", right: "footing_friction" };

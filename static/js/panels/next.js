@@ -14,8 +14,9 @@ import { armedFor } from "./commands.js";
 import { goalTold, picks } from "./goal.js";
 import { endTold, loopNow, loopTold } from "./loop.js";
 import { verdictOf } from "./outcome.js";
+import { unheededPlaces } from "./places.js";
 import { standsStopped } from "./status.js";
-import { goalMeant, unheededPlaces, walkTold } from "./walk.js";
+import { goalMeant, walkTold } from "./walk.js";
 import { waitedFor } from "./work.js";
 
 const AWAITED = ["terrain", "photographs", "blend", "clear", "walk", "described_step", "described_walk", "sequence", "foot_moves", "edit"]; // of these what comes next depends on

@@ -5,6 +5,7 @@ import { post } from "../api.js";
 import { settled } from "../choosing.js";
 import { $, attempt, element } from "../dom.js";
 import { outOfDate } from "../fits.js";
+import { areAmong, keptOff } from "../footfallmoves.js";
 import { unfold } from "../layout.js";
 import { isAthletes } from "../robot.js";
 import { freeze } from "../stance.js";
@@ -12,6 +13,7 @@ import { known, subscribe } from "../store.js";
 import * as shared from "../texts/shared.js";
 import * as texts from "../texts/walk.js";
 import { isFilledIn, setGoal } from "./goal.js";
+import { placesSaid } from "./places.js";
 
 const NEAR = 0.1; // a route ends so near to the goal that it was planned to [m]
 const LEAST = 0.1; // parts of the way that are shorter are not asked for [m]
@@ -24,7 +26,10 @@ export function start() {
   subscribe(draw);
 }
 
-const out = () => outOfDate(known.summary?.up_to_date.route);
+const out = () => outOfDate(known.summary?.up_to_date.route) || (isHeeded() ? "" : texts.areasSince);
+
+// Whether the route keeps off all the ground that is said to be kept off.
+const isHeeded = () => !known.route?.plan || areAmong(keptOff(placesSaid()), known.route.provenance.settings.no_go);
 
 function notTaken() {
   if (!known.route?.plan) return texts.noRoute;
@@ -36,7 +41,8 @@ const planRoute = () => attempt(async () => {
   unfold("goal");
   if (!isFilledIn()) return;
   await freeze();
-  await post("/sessions/current/routes", { goal: { x: Number($("walk-x").value), y: Number($("walk-y").value) } });
+  const goal = { x: Number($("walk-x").value), y: Number($("walk-y").value) };
+  await post("/sessions/current/routes", { goal, settings: { no_go: keptOff(placesSaid()) } });
 });
 
 const take = () => attempt(async () => {

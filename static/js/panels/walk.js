@@ -3,12 +3,9 @@
 
 import { act } from "../acts.js";
 import { once, post } from "../api.js";
-import { footfallsOf } from "../abovemarks.js";
 import { settled } from "../choosing.js";
 import { $, attempt, element } from "../dom.js";
 import { isWalking, walkOutOfDate } from "../fits.js";
-import { areHeeded, meantOf, movedTo, withMoves } from "../footfallmoves.js";
-import { explainKey, heardFirst } from "../keys.js";
 import { unfold } from "../layout.js";
 import { isAthletes, orders } from "../robot.js";
 import { freeze } from "../stance.js";
@@ -18,13 +15,11 @@ import * as shared from "../texts/shared.js";
 import * as texts from "../texts/walk.js";
 import { sagSettings } from "./execution.js";
 import { isFilledIn } from "./goal.js";
+import { addPlaces, footfallsMeant, placesSaid, settleMoves, takeFootfall, unheededPlaces } from "./places.js";
 import { alongRoute } from "./route.js";
 import { paidOut, showTether, tether } from "./tether.js";
 
 let shown = ""; // digest of the walk that is shown
-let said = { forbidden: [], pinned: [] }; // what the operator says of the ground, for the next plan
-let moves = []; // footfalls of the shown walk that a hand moved, for the next plan
-let held = null; // the move of the footfall in hand; null: none
 
 export function start() {
   $("walk-form").addEventListener("submit", (event) => event.preventDefault()); // its button acts
@@ -33,9 +28,6 @@ export function start() {
   act({ text: texts.commandNext, button: "walk-next", run: () => command(1), refusal: notNext });
   act({ text: texts.commandRest, button: "walk-rest", run: () => command(left()), refusal: notNext });
   act({ text: texts.planAgain, button: "walk-again", run: again, refusal: () => (known.summary?.walk ? unheededPlaces() : texts.noWalk) });
-  act({ text: texts.forgetPlaces, button: "walk-places-clear", run: () => say({ forbidden: [], pinned: [] }) });
-  for (const [keys, text] of texts.MOVE_KEYS) explainKey(keys, text);
-  heardFirst(press);
   subscribe(draw);
 }
 
@@ -61,91 +53,6 @@ const again = () => attempt(async () => {
   unfold("walk");
   await post(`/sessions/current/walks/${known.summary.walk}/again`, {});
 });
-
-// What is said of places counts with the next plan.
-function say(wanted) {
-  said = wanted;
-  moves = [];
-  tellPlaces();
-}
-
-function tellPlaces() {
-  const told = placesTold();
-  $("walk-places").hidden = !told;
-  $("walk-places-text").textContent = told;
-  markMoved();
-  changed();
-}
-
-function placesTold() {
-  const told = Object.entries(placesSaid()).filter(([, of]) => of.length).map(([what, of]) => texts.some(of.length, what)).join(", ");
-  return told && texts.placesTold(told);
-}
-
-// What was said of places, in words, as long as the walk was planned without; else "".
-export const unheededPlaces = () => (areHeeded(placesSaid(), known.walk?.provenance.settings) ? "" : placesTold());
-
-// What was said: { forbidden: [{x, y, …}], pinned: [{x, y, leg}] }.
-export const placesSaid = () => withMoves(said, moves);
-
-// -- footfalls moved by hand -----------------------------------------------------------------------
-
-// Those that are moved, with the one in hand where it is now.
-export const movesShown = () => (held ? movedTo(moves, held) : moves);
-
-// The footfalls of the shown walk, where they are to be.
-export const footfallsMeant = () => meantOf(footfallsOf(known), movesShown());
-
-export function takeFootfall({ number, leg, from, at }) {
-  held = { number, leg, from, to: at };
-  carryFootfall(at);
-}
-
-export function carryFootfall(to) {
-  if (!held) return;
-  held = { ...held, to };
-  $("walk-places").hidden = false;
-  $("walk-places-text").textContent = texts.movingTo(held.number + 1, to);
-  changed();
-}
-
-// keep: it stays where it was put, and counts with the next plan; else it goes back.
-export function letFootfallGo(keep) {
-  if (!held) return;
-  if (keep) moves = movedTo(moves, held);
-  held = null;
-  tellPlaces();
-}
-
-const [MOVED, MOVED_FINELY] = [0.05, 0.01]; // m a key
-const STEPS = { ArrowLeft: [-1, 0], ArrowRight: [1, 0], ArrowUp: [0, 1], ArrowDown: [0, -1] };
-
-// Keys of a footfall: on its button arrows move it, Enter puts it there; Escape lets go of one in any hand.
-function press(event) {
-  if (event.key === "Escape" && held) {
-    letFootfallGo(false);
-    return true;
-  }
-  const button = event.target.closest?.("[data-moves]");
-  if (!button) return false;
-  if (event.key === "Enter" && held) {
-    letFootfallGo(true);
-    return true;
-  }
-  if (!(event.key in STEPS)) return false;
-  const number = Number(button.dataset.moves);
-  if (held?.number !== number) takeFootfall(footfallsMeant()[number]);
-  const far = event.shiftKey ? MOVED_FINELY : MOVED;
-  carryFootfall(held.to.map((one, i) => one + far * STEPS[event.key][i]));
-  return true;
-}
-
-function markMoved() {
-  for (const [number, told] of [...$("walk-answer").querySelectorAll("[data-moved]")].entries()) {
-    const move = moves.find((one) => one.number === number);
-    told.textContent = move ? texts.movedTo(move.to) : "";
-  }
-}
 
 // As the fields have it: yaw null where any heading will do.
 export function goalMeant() {
@@ -182,8 +89,7 @@ function draw({ summary, walk }) {
   drawWalking(summary.walking);
   if ((walk?.digest ?? "") === shown) return;
   shown = walk?.digest ?? "";
-  held = null;
-  say(placesSaid()); // what was moved is of the walk before: it stays said, by its places
+  settleMoves();
   if (walk) show(walk);
   else $("walk-answer").replaceChildren();
 }
@@ -245,16 +151,11 @@ function footMoves(plan) {
       figure(texts.marginOf(margin), margin === worst.margin, "least"), ", ",
       figure(texts.torqueOf(torque), torque === worst.torque, "most"),
       number in out ? texts.tetherBy(out[number]) : " ",
-      mark(texts.forbid, texts.forbidPlace(number + 1), () => add({ forbidden: [place(at)], pinned: [] })),
-      mark(texts.pin, texts.pinPlace(number + 1), () => add({ forbidden: [], pinned: [{ ...place(at), leg }] })),
+      mark(texts.forbid, texts.forbidPlace(number + 1), () => addPlaces({ forbidden: [place(at)], pinned: [] })),
+      mark(texts.pin, texts.pinPlace(number + 1), () => addPlaces({ forbidden: [], pinned: [{ ...place(at), leg }] })),
       element("button", { type: "button", textContent: texts.move, ariaLabel: texts.movePlace(number + 1), title: texts.aboutMove, "data-moves": number, onclick: () => takeFootfall(footfallsMeant()[number]) }),
       element("em", { "data-moved": "" }));
   });
-}
-
-function add({ forbidden, pinned }) {
-  said = { forbidden: [...said.forbidden, ...forbidden], pinned: [...said.pinned, ...pinned] };
-  tellPlaces();
 }
 
 const place = ([x, y]) => ({ x, y });

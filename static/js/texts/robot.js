@@ -12,6 +12,7 @@ export const ALONE = {
   lead: `${ATHLETES}: no points lead this robot's foot.`,
   alternatives: `${ATHLETES}: there is one plan of this robot's step.`,
   ways: `${ATHLETES}: this robot goes in no gait, and hangs on no tether.`,
+  places: `${ATHLETES}: walks of this robot keep off no ground that is marked.`,
   parts: "Commands of the whole walk are made under Commands.",
   loop: `${ATHLETES}: this robot does not walk by itself.`,
   sag: `${ATHLETES}: commands hold the pose of this robot where its description says how stiff every joint is.`,

@@ -1,0 +1,127 @@
+// What the operator says of the ground for the next plan: places that are forbidden or pinned, ground to keep off, and footfalls
+// of the shown walk that a hand moves.
+
+import { act } from "../acts.js";
+import { footfallsOf } from "../abovemarks.js";
+import { settled } from "../choosing.js";
+import { $, attempt } from "../dom.js";
+import { areHeeded, meantOf, movedTo, withMoves } from "../footfallmoves.js";
+import { explainKey, heardFirst } from "../keys.js";
+import { changed, known } from "../store.js";
+import * as texts from "../texts/walk.js";
+
+const LEAST_AREA = 0.05; // m, the radius of ground that is kept off
+let said = { forbidden: [], pinned: [] };
+let moves = []; // footfalls of the shown walk that a hand moved
+let held = null; // the move of the footfall in hand; null: none
+
+export function start() {
+  act({ text: texts.keepOffGround, button: "keep-off", run: keepOff, refusal: () => (known.summary?.footfall ? "" : texts.chooseWhatToKeepOff) });
+  act({ text: texts.forgetPlaces, button: "walk-places-clear", run: () => say({ forbidden: [], pinned: [] }) });
+  for (const [keys, text] of texts.MOVE_KEYS) explainKey(keys, text);
+  heardFirst(press);
+}
+
+const keepOff = () => attempt(async () => {
+  await settled();
+  const radius = Number($("keep-off-radius").value);
+  if (!(radius >= LEAST_AREA)) throw new Error(texts.areaTooSmall(LEAST_AREA));
+  const { x, y } = known.summary.footfall;
+  addPlaces({ forbidden: [{ x, y, radius }], pinned: [] });
+});
+
+// What is said of places counts with the next plan.
+function say(wanted) {
+  said = wanted;
+  moves = [];
+  tellPlaces();
+}
+
+export function addPlaces({ forbidden, pinned }) {
+  said = { forbidden: [...said.forbidden, ...forbidden], pinned: [...said.pinned, ...pinned] };
+  tellPlaces();
+}
+
+// What was moved is of the walk before: it stays said, by its places.
+export function settleMoves() {
+  held = null;
+  say(placesSaid());
+}
+
+function tellPlaces() {
+  const told = placesTold();
+  $("walk-places").hidden = !told;
+  $("walk-places-text").textContent = told;
+  markMoved();
+  changed();
+}
+
+function placesTold() {
+  const told = Object.entries(placesSaid()).filter(([, of]) => of.length).map(([what, of]) => texts.some(of.length, what)).join(", ");
+  return told && texts.placesTold(told);
+}
+
+// What was said of places, in words, as long as the walk was planned without; else "".
+export const unheededPlaces = () => (areHeeded(placesSaid(), known.walk?.provenance.settings) ? "" : placesTold());
+
+// What was said: { forbidden: [{x, y, …}], pinned: [{x, y, leg}] }.
+export const placesSaid = () => withMoves(said, moves);
+
+// -- footfalls moved by hand -----------------------------------------------------------------------
+
+// Those that are moved, with the one in hand where it is now.
+export const movesShown = () => (held ? movedTo(moves, held) : moves);
+
+// The footfalls of the shown walk, where they are to be.
+export const footfallsMeant = () => meantOf(footfallsOf(known), movesShown());
+
+export function takeFootfall({ number, leg, from, at }) {
+  held = { number, leg, from, to: at };
+  carryFootfall(at);
+}
+
+export function carryFootfall(to) {
+  if (!held) return;
+  held = { ...held, to };
+  $("walk-places").hidden = false;
+  $("walk-places-text").textContent = texts.movingTo(held.number + 1, to);
+  changed();
+}
+
+// keep: it stays where it was put, and counts with the next plan; else it goes back.
+export function letFootfallGo(keep) {
+  if (!held) return;
+  if (keep) moves = movedTo(moves, held);
+  held = null;
+  tellPlaces();
+}
+
+const [MOVED, MOVED_FINELY] = [0.05, 0.01]; // m a key
+const STEPS = { ArrowLeft: [-1, 0], ArrowRight: [1, 0], ArrowUp: [0, 1], ArrowDown: [0, -1] };
+
+// Keys of a footfall: on its button arrows move it, Enter puts it there; Escape lets go of one in any hand.
+function press(event) {
+  if (event.key === "Escape" && held) {
+    letFootfallGo(false);
+    return true;
+  }
+  const button = event.target.closest?.("[data-moves]");
+  if (!button) return false;
+  if (event.key === "Enter" && held) {
+    letFootfallGo(true);
+    return true;
+  }
+  if (!(event.key in STEPS)) return false;
+  const number = Number(button.dataset.moves);
+  if (held?.number !== number) takeFootfall(footfallsMeant()[number]);
+  const far = event.shiftKey ? MOVED_FINELY : MOVED;
+  carryFootfall(held.to.map((one, i) => one + far * STEPS[event.key][i]));
+  return true;
+}
+
+function markMoved() {
+  for (const [number, told] of [...$("walk-answer").querySelectorAll("[data-moved]")].entries()) {
+    const move = moves.find((one) => one.number === number);
+    told.textContent = move ? texts.movedTo(move.to) : "";
+  }
+}
