@@ -101,7 +101,7 @@ def test_no_refusal_repeats_a_library(what, tmp_path):
     [
         (json.loads, '{"a": 1,\n  "b": }', ", at line 2, column 8"),
         (read_json, '{"a": 1, "a": 2}', ": the member 'a' is given twice"),
-        (lambda b: b.decode(), b"ab\xff", ": byte 2 is not of UTF-8"),
+        (lambda b: b.decode(), b"ab\xff", ": byte 2, in line 1, is not of UTF-8; save it as UTF-8"),
         (ElementTree.fromstring, b"<a>\n <b></a>", ", at line 2, column 7"),
         (tomllib.loads, "a = 1\nb = = 2\n", ", at line 2, column 5"),
         (lambda t: np.array([float(t)]), "x", ""),

@@ -161,7 +161,7 @@ def test_files_that_are_cut_are_refused_by_name(name, share, points):
 def test_headings_and_rows_that_make_no_sense_are_named():
     with pytest.raises(InvalidTerrain, match="columns x, y and z"):
         decode_terrain(b"lat,lon,height\n1,2,3\n", "a.csv", unit="m", up="z")
-    with pytest.raises(InvalidTerrain, match="row 3"):
+    with pytest.raises(InvalidTerrain, match=r"line 3, column 3 \(z\) has .x., which is no number"):
         decode_terrain(b"x,y,z\n1,2,3\n1,2,x\n", "a.csv", unit="m", up="z")
     surface = vtk(np.eye(3)).replace(b"VERTICES 3 6\n1 0\n1 1\n1 2", b"POLYGONS 1 4\n3 0 1 2")
     with pytest.raises(InvalidTerrain, match="surface"):

@@ -13,6 +13,12 @@ class Unreadable(ValueError):
     """What is wrong with a file, in our words; other errors from within a reader are in those of a parser."""
 
 
+def not_utf8(err: UnicodeDecodeError) -> str:
+    """Where a text is not UTF-8, and what would be right."""
+    line = err.object.count(b"\n", 0, err.start) + 1
+    return f"byte {err.start}, in line {line}, is not of UTF-8; save it as UTF-8"
+
+
 def place_of(err: BaseException) -> str:
     """What to put after "it is no JSON" and the like: ", at line 3, column 5"; "" where the error does not say."""
     match err:
@@ -21,7 +27,7 @@ def place_of(err: BaseException) -> str:
         case json.JSONDecodeError():
             return f", at line {err.lineno}, column {err.colno}"
         case UnicodeDecodeError():
-            return f": byte {err.start} is not of UTF-8"
+            return f": {not_utf8(err)}"
         case RecursionError():
             return ": it is nested too deeply"
         case ParseError():

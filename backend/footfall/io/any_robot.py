@@ -4,6 +4,8 @@ import tomllib
 from pathlib import Path
 from typing import Literal, overload
 
+from footfall.core.misread import Unreadable
+from footfall.core.written import utf8_of
 from footfall.io.robot_files import load_robot as load_shipped
 from footfall.io.robot_files import robot_toml
 from footfall.io.urdf.proposed import read_proposed
@@ -44,6 +46,6 @@ def is_legged(name_or_path: str | Path) -> bool:
     if path.suffix != ".toml" or not path.is_file():
         return False
     try:
-        return "urdf" in tomllib.loads(path.read_text(encoding="utf-8"))
-    except (tomllib.TOMLDecodeError, UnicodeDecodeError):
+        return "urdf" in tomllib.loads(utf8_of(path.read_bytes()))
+    except (tomllib.TOMLDecodeError, Unreadable):
         return False

@@ -9,6 +9,8 @@ from numpy.typing import NDArray
 
 from footfall.core.errors import InvalidImages, InvalidInput
 from footfall.core.frames import inverse, transform
+from footfall.core.misread import Unreadable
+from footfall.core.written import utf8_of
 from footfall.io.image_files import LEVEL_FORWARD
 from footfall.io.plain_yaml import parse_yaml
 from footfall.telemetry.calibration import CameraModel, PairCalibration
@@ -123,9 +125,9 @@ def calibration_text(path: Path) -> str:
     if path.stat().st_size > _MOST_BYTES:
         raise InvalidImages(f"{path.name} is larger than 1 MiB: no calibration file")
     try:
-        return path.read_text(encoding="utf-8-sig")
-    except UnicodeDecodeError as err:
-        raise InvalidImages(f"{path.name} is no text file") from err
+        return utf8_of(path.read_bytes())
+    except Unreadable as err:
+        raise InvalidImages(f"{path.name} is no text file: {err}") from err
 
 
 def require_plausible_baseline(length: float, where: str, **details: Any) -> None:

@@ -6,7 +6,6 @@ import numpy as np
 from numpy.typing import NDArray
 
 from footfall.core.errors import InvalidInput
-from footfall.core.misread import place_of
 
 LITTLE = b"\x00\x01\x00\x00"
 """What every message begins with; alignment counts from behind it."""
@@ -70,7 +69,7 @@ class CdrReader:
         try:
             return content.removesuffix(b"\x00").decode()
         except UnicodeDecodeError as err:
-            raise InvalidInput(f"a text of the message is not UTF-8{place_of(err)}") from err
+            raise InvalidInput(f"a text of the message is not UTF-8, at byte {err.start}") from err
 
     def octets(self) -> bytes:
         """A sequence of bytes."""

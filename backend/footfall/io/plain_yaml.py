@@ -10,7 +10,7 @@ import re
 from footfall.core.errors import InvalidInput
 
 _KEY = re.compile(r"""(?P<key>"[^"]*"|'[^']*'|[A-Za-z_][\w./ -]*?)\s*:(?:\s+(?P<rest>.*))?$""")
-_NUMBER = re.compile(r"[-+]?(\d+(\.\d*)?|\.\d+)([eE][-+]?\d+)?$")
+_NUMBER = re.compile(r"[-+]?(\d+(\.\d*)?|\.\d+)([eE][-+]?\d+)?$", re.ASCII)
 _SPECIAL = {"true": True, "false": False, "null": None, "~": None, ".nan": float("nan"), "nan": float("nan")}
 _INFINITE = re.compile(r"([-+]?)\.?inf$", re.IGNORECASE)
 _DEEPEST = 20

@@ -4,7 +4,8 @@ import tomllib
 from pathlib import Path
 
 from footfall.core.errors import InvalidRobot, NotFound
-from footfall.core.misread import place_of
+from footfall.core.misread import Unreadable, place_of
+from footfall.core.written import utf8_of
 from footfall.resources import robot_assets_folder
 from footfall.robot.build import describe
 from footfall.robot.description import RobotDescription
@@ -55,8 +56,8 @@ def read_description(path: str | Path) -> RobotDescription:
     if path.suffix != ".toml":
         raise InvalidRobot(f"{path.name} is no robot description: FootFall reads .toml", path=str(path))
     try:
-        raw = tomllib.loads(path.read_text(encoding="utf-8"))
-    except (tomllib.TOMLDecodeError, UnicodeDecodeError) as err:
+        raw = tomllib.loads(utf8_of(path.read_bytes()))
+    except (tomllib.TOMLDecodeError, Unreadable) as err:
         raise InvalidRobot(f"{path.name} is not readable TOML{place_of(err)}", path=str(path)) from err
     if "urdf" in raw:
         raise InvalidRobot(

@@ -21,6 +21,9 @@ import numpy as np
 
 from footfall.core.arrays import Array, Bytes
 from footfall.core.errors import InvalidTerrain
+from footfall.core.misread import Unreadable
+from footfall.core.written import number_of, require_no_utf16, require_plain_numbers
+from footfall.io import scan_text
 from footfall.terrain.scan import Scan
 
 if TYPE_CHECKING:
@@ -47,13 +50,31 @@ def read_scan(content: bytes, name: str) -> Scan:
     if not content:
         raise InvalidTerrain(f"{name} is empty")
     try:
+        _require_plain_text(content, ending)
         return _READERS[ending](content, name)
     except (InvalidTerrain, MemoryError):
         raise
+    except Unreadable as err:
+        raise InvalidTerrain(f"{name} can't be read: {err}") from err
     except Exception as err:  # the parsers raise whatever they trip over
         raise InvalidTerrain(
             f"{name} can't be read as a {ending[1:].upper()} file of points: it is damaged or cut"
         ) from err
+
+
+_TEXT_FORMS = {
+    ".ply": rb"\Aply\s+format ascii",
+    ".pcd": rb"^DATA[ \t]+ascii",
+    ".vtk": rb"\A[^\n]*\n[^\n]*\n\s*ASCII\b",
+}
+
+
+def _require_plain_text(content: bytes, ending: str) -> None:
+    """Raise Unreadable for text that is UTF-16, or has numbers that only Python reads."""
+    if ending not in (".las", ".laz"):
+        require_no_utf16(content)
+    if ending in _TEXT_FORMS and re.search(_TEXT_FORMS[ending], content[:65536], re.MULTILINE):
+        require_plain_numbers(content)
 
 
 def scan_of(
@@ -201,102 +222,15 @@ def _of_epsg(code: int, name: str) -> "CRS":
         raise InvalidTerrain(f"{name} states EPSG:{code}, which is no coordinate system that we know") from err
 
 
-def _text(content: bytes, name: str) -> Scan:
-    lines = content[:65536].decode("utf-8", "replace").lstrip("\ufeff").splitlines()
-    if not lines:
-        raise InvalidTerrain(f"{name} is empty")
-    comments = 0
-    while comments < len(lines) and (
-        not lines[comments].strip() or lines[comments].lstrip().startswith(("#", "//", "%"))
-    ):
-        comments += 1
-    if comments == len(lines):
-        raise InvalidTerrain(f"{name} has no rows of numbers")
-    first = lines[comments]
-    separator = next((s for s in (";", ",", "\t") if s in first), None)
-    words = [word.strip().strip('"') for word in (first.split(separator) if separator else first.split())]
-    columns = (0, 1, 2)
-    skip = comments
-    if len(words) == 1 and words[0].isdecimal():
-        skip += 1  # how many points there are, as in PTS files
-    elif not all(_is_number(word) for word in words[:3]):
-        columns, skip = _columns(words, name), skip + 1
-    elif len(words) < 3:
-        raise InvalidTerrain(f"{name} needs three numbers in each row, there are {len(words)}")
-    table = _numbers(content, separator, skip, columns, name)
-    return scan_of(table, name)
-
-
-def _columns(words: list[str], name: str) -> tuple[int, int, int]:
-    """Which columns a heading calls x, y and z."""
-    plain = [re.sub(r"[\[(].*", "", word).strip().lower().lstrip("/#") for word in words]
-    found = [plain.index(axis) if axis in plain else -1 for axis in "xyz"]
-    if min(found) < 0:
-        raise InvalidTerrain(f"{name} begins with {', '.join(words[:6])}: its heading needs columns x, y and z")
-    return found[0], found[1], found[2]
-
-
-def _numbers(content: bytes, separator: str | None, skip: int, columns: tuple[int, ...], name: str) -> Array:
-    try:
-        return np.loadtxt(
-            io.StringIO(content.decode("utf-8", "replace").lstrip("\ufeff")),
-            delimiter=separator,
-            skiprows=skip,
-            usecols=columns,
-            comments=("#", "//", "%"),
-            ndmin=2,
-        )
-    except (ValueError, IndexError) as err:
-        where = re.search(r"at row (\d+)", str(err))
-        row = "a row" if where is None else f"row {int(where[1]) + skip + 1}"
-        raise InvalidTerrain(f"{name}: {row} does not have a number in each of the columns x, y and z") from err
-
-
-def _is_number(word: str) -> bool:
-    try:
-        float(word)
-    except ValueError:
-        return False
-    return True
-
-
-def require_unit_of_heading(content: bytes, name: str, unit: str | None) -> None:
-    """Raise InvalidTerrain where the heading of a text says another unit than is stated, or degrees."""
-    if not name.lower().endswith((".xyz", ".csv", ".txt")):
-        return
-    heading = content[:65536].decode("utf-8", "replace").lstrip("\ufeff").lstrip().partition("\n")[0]
-    for said in re.findall(r"[xyzXYZ]\s*[\[(]\s*([^\])]{1,20}?)\s*[\])]", heading):
-        meant = _SAID.get(said.lower())
-        if meant == "deg":
-            raise InvalidTerrain(f"{name} has coordinates in degrees, as its heading says; reproject it to metres")
-        if None not in (meant, unit) and meant != unit:
-            raise InvalidTerrain(
-                f"the heading of {name} says {said}, not {unit}: state --unit {meant}, or correct the heading",
-                unit=meant,
-            )
-
-
-_SAID = {
-    **dict.fromkeys(("m", "metre", "metres", "meter", "meters"), "m"),
-    **dict.fromkeys(("cm", "centimetre", "centimetres", "centimeter", "centimeters"), "cm"),
-    **dict.fromkeys(("mm", "millimetre", "millimetres", "millimeter", "millimeters"), "mm"),
-    **dict.fromkeys(("km", "kilometre", "kilometres", "kilometer", "kilometers"), "km"),
-    **dict.fromkeys(("ft", "foot", "feet"), "ft"),
-    **dict.fromkeys(("us-ft", "us ft", "usft", "ftus", "us survey foot", "us survey feet"), "us-ft"),
-    **dict.fromkeys(("deg", "degree", "degrees", "°"), "deg"),
-}
-"""How headings spell units."""
-
-
 def require_no_viewpoint(content: bytes, name: str) -> None:
     """Raise InvalidTerrain for a PCD that names a viewpoint: whether its points are in the frame of it, none says."""
     named = re.search(rb"^VIEWPOINT[ \t]+([^\r\n]+)", content[:65536], re.MULTILINE)
     if not name.lower().endswith(".pcd") or named is None:
         return
     words = named[1].decode("ascii", "replace").split()
-    if words[:3] + words[4:] == ["0"] * 6 or not all(_is_number(word) for word in words):
+    if words[:3] + words[4:] == ["0"] * 6 or any(number_of(word) is None for word in words):
         return
-    x, y, z, _, *turn = (float(word) for word in words)
+    x, y, z, _, *turn = (number_of(word) for word in words)
     if any((x, y, z, *turn)):
         raise InvalidTerrain(
             f"{name} was taken from the viewpoint {' '.join(words)}, and PCD does not say whether its points are in "
@@ -366,8 +300,6 @@ _READERS: dict[str, Callable[[bytes, str], Scan]] = {
     ".pcd": _pcd,
     ".las": _las,
     ".laz": _las,
-    ".xyz": _text,
-    ".csv": _text,
-    ".txt": _text,
+    **dict.fromkeys(scan_text.ENDINGS, lambda content, name: scan_of(scan_text.read_points(content, name), name)),
     ".vtk": _vtk,
 }

@@ -17,9 +17,9 @@ from footfall.io.scan_files import (
     projection_in,
     read_scan,
     require_no_viewpoint,
-    require_unit_of_heading,
     rounding_of,
 )
+from footfall.io.scan_text import require_unit_of_heading
 from footfall.io.terrain_place import in_projection, projection_of
 from footfall.io.terrain_sidecars import require_read
 from footfall.terrain.dem import Dem

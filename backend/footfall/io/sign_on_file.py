@@ -8,6 +8,8 @@ from typing import Any
 from urllib.parse import urlsplit
 
 from footfall.core.errors import Conflict, InvalidInput
+from footfall.core.misread import place_of
+from footfall.core.written import utf8_of
 
 FILE = "oidc.toml"
 ROLES = ("viewer", "planner", "commander", "admin")
@@ -35,11 +37,13 @@ def read_sign_on(folder: Path) -> SignOnSettings | None:
     may read it though it holds a secret."""
     path = folder / FILE
     try:
-        document = tomllib.loads(path.read_text())
+        document = tomllib.loads(utf8_of(path.read_bytes()))
     except FileNotFoundError:
         return None
-    except (OSError, ValueError) as err:
-        raise InvalidInput(f"{path}: {err}") from err
+    except OSError as err:
+        raise InvalidInput(f"{path}: {err.strerror}") from err
+    except ValueError as err:
+        raise InvalidInput(f"{path} is no readable TOML{place_of(err)}") from err
     roles = document.pop("roles", None)
     known = SignOnSettings.__dataclass_fields__.keys()
     _require(

@@ -24,6 +24,8 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from footfall.core.errors import InvalidTerrain, NotFound
+from footfall.core.misread import Unreadable
+from footfall.core.written import require_no_utf16
 from footfall.io import terrain_grid_files, terrain_mesh_files, terrain_sidecars
 from footfall.io.scan_files import SCANS
 from footfall.io.scan_terrain import is_scan, terrain_from_scan
@@ -302,7 +304,12 @@ def _check_ending(ending: str, name: str, accepted: tuple[str, ...]) -> None:
 
 
 def _check_content_matches(content: bytes, ending: str, name: str) -> None:
-    """Refuse a file whose first bytes show another kind than its name."""
+    """Refuse a file whose first bytes show another kind than its name, or text that is not UTF-8."""
+    if ending in (".asc", ".obj", ".off", ".ply"):
+        try:
+            require_no_utf16(content)
+        except Unreadable as err:
+            raise InvalidTerrain(f"{name} can't be read: {err}") from err
     starts = {
         b"\x89PNG": (".png", "a PNG picture"),
         b"II*\0": (".tif", "a TIFF"),

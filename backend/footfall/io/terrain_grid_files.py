@@ -14,6 +14,7 @@ from PIL import Image
 
 from footfall.core.errors import InvalidTerrain
 from footfall.core.misread import Unreadable, place_of
+from footfall.core.written import how_to_write, number_of, require_plain_numbers
 from footfall.terrain.dem import Dem
 from footfall.terrain.from_arrays import check_cell_count, from_heights
 from footfall.terrain.ground.resample import square_cells
@@ -31,6 +32,10 @@ _ASC_KEYS = ("ncols", "nrows", "xllcorner", "xllcenter", "yllcorner", "yllcenter
 def read_asc(content: bytes, name: str) -> Dem:
     """ESRI ASCII grid: ncols, nrows, xll and yll (corner or center), cellsize, NODATA_value (else −9999)."""
     content = content.removeprefix(codecs.BOM_UTF8)
+    try:
+        require_plain_numbers(content)
+    except Unreadable as err:
+        raise InvalidTerrain(f"{name} is no ASCII grid: {err}") from err
     if not content.isascii():
         raise InvalidTerrain(f"{name} is not text, so no ASCII grid")
     header, start = _asc_header(content, name)
@@ -82,10 +87,12 @@ def _asc_header(content: bytes, name: str) -> tuple[dict[str, float], int]:
                 raise InvalidTerrain(
                     f"{name} states {words[0]} beside {given.pop()}; which of them holds is not to tell"
                 )
-            try:
-                header[key] = float(words[1])
-            except ValueError as err:
-                raise InvalidTerrain(f"{name} states {words[0]} as {words[1][:40]!r}, which is no number") from err
+            stated = number_of(words[1])
+            if stated is None:
+                raise InvalidTerrain(
+                    f"{name} states {words[0]} as {words[1][:40]!r}, which is no number{how_to_write(words[1])}"
+                )
+            header[key] = stated
         position = end + 1
     missing = [key for key in ("ncols", "nrows", "cellsize") if key not in header]
     missing += [f"{a}llcorner" for a in "xy" if not {f"{a}llcorner", f"{a}llcenter"} & header.keys()]

@@ -9,6 +9,7 @@ import numpy as np
 from footfall.core.errors import InvalidTerrain
 from footfall.core.mesh import Mesh
 from footfall.core.misread import Unreadable
+from footfall.core.written import require_plain_numbers
 from footfall.io.polygon_faces import polygons_in, read_polygons
 from footfall.terrain.dem import Dem
 from footfall.terrain.from_arrays import check_no_value_numbers
@@ -36,6 +37,8 @@ def read_mesh(
     ending = name.rsplit(".", 1)[-1].lower()
     try:
         content = content.removeprefix(codecs.BOM_UTF8) if ending in ("obj", "off") else content
+        if _is_text(content, ending):
+            require_plain_numbers(content)
         _require_faces(content, ending)
         given = _counted_from_one(content) if ending == "obj" else content
         polygons = polygons_in(given, ending)
@@ -109,7 +112,7 @@ def _of_library(content: bytes, ending: str) -> tuple[np.ndarray, np.ndarray]:
 
 def _require_faces(content: bytes, ending: str) -> None:
     """Raise Unreadable for faces that the readers pass over or take apart wrongly, without a word."""
-    if ending == "stl" and content[:5].lower() == b"solid" and len(content) != 84 + 50 * _stl_count(content):
+    if ending == "stl" and content[:5].lower() == b"solid" and _is_text(content, ending):
         corners = [loop.lower().count(b"vertex") for loop in re.split(rb"(?i)\bendloop\b", content)[:-1]]
         odd = next((number for number, count in enumerate(corners) if count != 3), None)
         if odd is not None:
@@ -120,6 +123,12 @@ def _require_faces(content: bytes, ending: str) -> None:
             f"it has elements {curved[1].decode()!r}, curved surfaces or faces of old files, which are not read; write "
             "it as polygons"
         )
+
+
+def _is_text(content: bytes, ending: str) -> bool:
+    if ending == "stl":
+        return len(content) != 84 + 50 * _stl_count(content)
+    return ending != "ply" or re.match(rb"ply\s+format ascii", content) is not None
 
 
 def _stl_count(content: bytes) -> int:
@@ -154,7 +163,7 @@ def _check_whole(content: bytes, ending: str, triangles: int, name: str) -> None
         stated = re.match(rb"\s*OFF\s+(?:#[^\n]*\s+)*(\d{1,12})\s+(\d{1,12})\s", content)
         if stated and triangles < int(stated[2]):
             raise InvalidTerrain(f"{name} is cut: it states {int(stated[2])} faces and holds {triangles} triangles")
-    if ending == "ply" and re.match(rb"ply\s+format ascii", content):
+    if ending == "ply" and _is_text(content, ending):
         header, _, body = content.partition(b"end_header")
         stated = sum(map(int, re.findall(rb"^element \S+ (\d{1,12})", header, re.MULTILINE)))
         held = sum(1 for line in body.split(b"\n") if line.strip())

@@ -11,6 +11,7 @@ from footfall.core.arrays import Array
 from footfall.core.errors import InvalidSequence
 from footfall.core.misread import Unreadable, place_of
 from footfall.core.strict_json import read_json
+from footfall.core.written import how_to_write, number_of, utf8_of
 from footfall.sequence.commands import Command
 from footfall.telemetry.command_kinds import (
     ALL_ANGLES,
@@ -42,9 +43,9 @@ class ParsedSequence:
 def text_of(data: bytes) -> str:
     """UTF-8 text. Raises InvalidSequence for anything else."""
     try:
-        return data.decode("utf-8-sig")
-    except UnicodeDecodeError as error:
-        raise InvalidSequence(f"it is no UTF-8 text{place_of(error)}") from error
+        return utf8_of(data)
+    except Unreadable as error:
+        raise InvalidSequence(f"it is no UTF-8 text: {error}") from error
 
 
 def json_of(text: str) -> Any:
@@ -160,10 +161,9 @@ def layout_in(document: Mapping[str, object], where: str) -> JointLayout | None:
 
 def decimal(written: str, where: str) -> float:
     """A finite number written in a text field. Raises InvalidSequence."""
-    try:
-        found = float(written)
-    except ValueError:
-        raise InvalidSequence(f"{where} must be a number, not {written!r}") from None
+    found = number_of(written)
+    if found is None:
+        raise InvalidSequence(f"{where} must be a number, not {written!r}{how_to_write(written)}")
     return number(found, where)
 
 

@@ -8,7 +8,8 @@ from pathlib import Path
 import numpy as np
 
 from footfall.core.errors import InvalidRobot, NotFound
-from footfall.core.misread import place_of
+from footfall.core.misread import Unreadable, place_of
+from footfall.core.written import utf8_of
 from footfall.io.urdf.camera_tables import camera_pairs
 from footfall.io.urdf.read import read_urdf
 from footfall.robot.description import CameraPairSpec
@@ -49,8 +50,8 @@ def read_proposed(path: str | Path) -> Proposed:
     if not path.is_file():
         raise NotFound(f"there is no robot description {str(path)!r}")
     try:
-        table = Table(tomllib.loads(path.read_text(encoding="utf-8")), "")
-    except (tomllib.TOMLDecodeError, UnicodeDecodeError) as err:
+        table = Table(tomllib.loads(utf8_of(path.read_bytes())), "")
+    except (tomllib.TOMLDecodeError, Unreadable) as err:
         raise InvalidRobot(f"{path.name} is not readable TOML{place_of(err)}") from err
     table.only(TOP)
     folders = [path.parent / folder for folder in table.texts("packages")]

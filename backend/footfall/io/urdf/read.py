@@ -10,6 +10,7 @@ from numpy.typing import NDArray
 
 from footfall.core.errors import InvalidRobot, NotFound
 from footfall.core.frames import rotation_rpy, transform
+from footfall.core.written import number_of
 from footfall.io.urdf.places import place_of
 from footfall.io.urdf.safe_xml import parse
 from footfall.io.urdf.shapes import box, cylinder, read_mesh, sphere
@@ -242,11 +243,9 @@ def _number(element: Element, key: str, where: str, otherwise: float | None = No
 
 def _numbers(element: Element, key: str, count: int, where: str) -> NDArray[np.float64]:
     text = _text(element, key, where)
-    try:
-        numbers = np.array([float(word) for word in text.split()])
-    except ValueError:
-        numbers = np.empty(0)
-    if len(numbers) != count:
+    words = [number_of(word) for word in text.split()]
+    numbers = np.array([word for word in words if word is not None])
+    if not len(numbers) == len(words) == count:
         wanted = "a number" if count == 1 else f"{count} numbers"
         raise InvalidRobot(f"{where}: {key} of <{element.tag}> is {text[:60]!r}; {wanted} would be right")
     return numbers
