@@ -1,13 +1,22 @@
 """Systems of coordinates of every kind, by one check for grids, meshes and scans: metres, directions, the globe."""
 
 import io
+from typing import Any
 
 import laspy
 import numpy as np
 import pytest
 import rasterio
-from laspy.vlrs.known import GeoKeyDirectoryVlr, GeoKeyEntryStruct, WktCoordinateSystemVlr
+from laspy.vlrs.known import (
+    GeoAsciiParamsVlr,
+    GeoDoubleParamsVlr,
+    GeoKeyDirectoryVlr,
+    GeoKeyEntryStruct,
+    WktCoordinateSystemVlr,
+)
+from PIL import Image
 from rasterio.crs import CRS
+from rasterio.io import MemoryFile
 from rasterio.transform import Affine
 from rasterio.warp import transform
 
@@ -97,9 +106,10 @@ def test_true_north_is_that_of_the_meridian_in_every_kind_of_file(tmp_path, syst
         assert found[0] == pytest.approx(turned, abs=0.01)
 
 
-def las(points, wkt="", keys=()):
+def las(points, wkt="", keys=(), records=(), scale=1e-3):
     header = laspy.LasHeader(point_format=6, version="1.4")
-    header.offsets, header.scales = points.min(axis=0), np.full(3, 1e-3)
+    header.offsets, header.scales = points.min(axis=0), np.full(3, scale)
+    header.vlrs.extend(records)
     if wkt:
         header.vlrs.append(WktCoordinateSystemVlr(wkt))
     if keys:
@@ -130,6 +140,8 @@ def points():
         ([(2048, 4326)], "degrees"),
         ([(3072, 3857)], "not true to scale"),
         ([(3072, 2)], "EPSG:2,"),
+        ([(1024, 1), (2048, 4326), (3072, 32767)], "a projection of its own .* that its keys don't describe"),
+        ([(1024, 1), (2048, 4326)], "state the unit"),
     ],
 )
 def test_keys_of_a_las_file_count_as_its_wkt(points, keys, words):
@@ -146,6 +158,33 @@ def test_a_las_file_tells_true_north_by_wkt_and_by_keys(points):
             decode_terrain(content, "a.las", resolution=0.5, unit="ft")
 
 
+def records_of(crs):
+    """The records of a LAS file for a coordinate system that has no number, as GDAL writes its keys."""
+    with MemoryFile() as memory:
+        with memory.open(driver="GTiff", width=1, height=1, count=1, dtype="uint8", crs=crs) as made:
+            made.write(np.zeros((1, 1, 1), np.uint8))
+        tags: Any = getattr(Image.open(io.BytesIO(memory.read())), "tag_v2")  # noqa: B009 - of TIFF alone
+    kinds = (GeoKeyDirectoryVlr, 34735, "<u2"), (GeoDoubleParamsVlr, 34736, "<f8"), (GeoAsciiParamsVlr, 34737, "")
+    for kind, tag, numbers in kinds:
+        record = kind()
+        record.parse_record_data(np.array(tags[tag], numbers).tobytes() if numbers else tags[tag].encode() + b"\0")
+        yield record
+
+
+@pytest.mark.filterwarnings("ignore::rasterio.errors.NotGeoreferencedWarning")
+def test_a_projection_that_a_las_file_defines_by_its_keys_is_that_projection(points):
+    own = "+proj=tmerc +lat_0=46 +lon_0=17.5 +k=1 +x_0=700000 +y_0=5180000 +ellps=GRS80"
+    dem = decode_terrain(las(points, records=records_of(CRS.from_proj4(own))), "a.las", resolution=0.5)
+    assert dem.true_north == pytest.approx(convergence(CRS.from_proj4(own), dem.geometry.bounds))
+    for twisted, words in (
+        (("+k=1", "+k=1.05"), "true to scale"),
+        (("+ellps", "+units=us-ft +ellps"), "US|another unit"),
+    ):
+        content = las(points, records=records_of(CRS.from_proj4(own.replace(*twisted))))
+        with pytest.raises(InvalidTerrain, match=words):
+            decode_terrain(content, "a.las", resolution=0.5)
+
+
 def test_a_projection_beside_a_scan_says_its_unit_and_no_other_may_be_said(tmp_path, points):
     path = tmp_path / "a.xyz"
     np.savetxt(path, points, fmt="%.3f")
@@ -155,3 +194,12 @@ def test_a_projection_beside_a_scan_says_its_unit_and_no_other_may_be_said(tmp_p
     assert read_terrain(path, up="z", resolution=0.5).geometry.bounds[2] == pytest.approx(700_002.0, abs=0.3)
     with pytest.raises(InvalidTerrain, match="not ft"):
         read_terrain(path, up="z", resolution=0.5, unit="ft")
+
+
+def test_a_las_file_that_keeps_whole_metres_makes_no_finer_cells(points):
+    content = las(points, keys=[(3072, 32633)], scale=1.0)
+    for resolution in (None, 0.5):
+        told = "in steps of 1 m, coarser than its cells of 0..* m; take --resolution 1 or coarser"
+        with pytest.raises(InvalidTerrain, match=told):
+            decode_terrain(content, "a.las", resolution=resolution)
+    assert decode_terrain(content, "a.las", resolution=1.0).geometry.resolution == 1.0

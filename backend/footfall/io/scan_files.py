@@ -14,8 +14,9 @@ import io
 import re
 import tempfile
 from collections.abc import Callable
+from dataclasses import replace
 from pathlib import Path
-from typing import TYPE_CHECKING, Any
+from typing import Any
 
 import numpy as np
 
@@ -24,11 +25,8 @@ from footfall.core.errors import InvalidTerrain
 from footfall.core.misread import Unreadable
 from footfall.core.written import number_of, require_no_utf16, require_plain_numbers
 from footfall.io import scan_text
+from footfall.io.las_projection import coordinate_system
 from footfall.terrain.scan import Scan
-
-if TYPE_CHECKING:
-    from rasterio.crs import CRS
-
 
 SCANS = (".pcd", ".las", ".laz", ".xyz", ".csv", ".txt", ".vtk")
 """Endings that only scans have."""
@@ -160,66 +158,14 @@ def _las(content: bytes, name: str) -> Scan:
     if held < count:
         raise InvalidTerrain(f"{name} is cut: it states {count} points and holds {held}")
     # feet, degrees and what is not true to scale are refused, as in other formats
-    projection = _coordinate_system(header, name)
+    projection = coordinate_system(header, name)
     if projection is not None:
         from footfall.io.terrain_projection import check_true_to_scale
 
         low, high = header.mins, header.maxs
         check_true_to_scale(projection, (low[0], low[1], high[0], high[1]), name)
-    return scan_of(points, name, unit=None if projection is None else "m", up="z", classes=classes)
-
-
-def projection_in(content: bytes, name: str) -> "CRS | None":
-    """The coordinate system that a scan states itself: of LAS files; None where it doesn't."""
-    if not name.lower().endswith((".las", ".laz")):
-        return None
-    import laspy
-
-    with laspy.open(io.BytesIO(content)) as opened:
-        return _coordinate_system(opened.header, name)
-
-
-_PROJECTED, _GEOGRAPHIC, _VERTICAL, _LENGTHS, _HEIGHTS = 3072, 2048, 4096, 3076, 4099
-"""Keys of GeoTIFF, which LAS files use too."""
-
-
-def _coordinate_system(header: Any, name: str) -> "CRS | None":
-    """The coordinate system of a LAS file. Raises InvalidTerrain for all but metres."""
-    from footfall.io.terrain_projection import check_crs, check_projection_text
-
-    for record in (*header.vlrs, *(header.evlrs or ())):
-        if type(record).__name__ == "WktCoordinateSystemVlr" and record.string.strip("\0 "):
-            return check_projection_text(record.string.strip("\0 "), name)
-    for record in header.vlrs:
-        if type(record).__name__ != "GeoKeyDirectoryVlr":
-            continue
-        keys = {key.id: key.value_offset for key in record.geo_keys if key.tiff_tag_location == 0}
-        for kind, number in (("lengths", _LENGTHS), ("heights", _HEIGHTS)):
-            if keys.get(number, _METRE) not in (0, _METRE):
-                raise InvalidTerrain(
-                    f"{name} has {kind} in another unit than metres (EPSG:{keys[number]}); reproject it first"
-                )
-        codes = {
-            number: keys[number] for number in (_PROJECTED, _GEOGRAPHIC, _VERTICAL) if 0 < keys.get(number, 0) < 32767
-        }
-        found = {number: _of_epsg(code, name) for number, code in codes.items()}
-        for one in found.values() if _PROJECTED not in found else (found[_PROJECTED], found.get(_VERTICAL)):
-            check_crs(one, name)
-        return found.get(_PROJECTED)
-    return None
-
-
-_METRE = 9001
-
-
-def _of_epsg(code: int, name: str) -> "CRS":
-    from rasterio.crs import CRS
-    from rasterio.errors import CRSError
-
-    try:
-        return CRS.from_epsg(code)
-    except CRSError as err:
-        raise InvalidTerrain(f"{name} states EPSG:{code}, which is no coordinate system that we know") from err
+    scan = scan_of(points, name, unit=None if projection is None else "m", up="z", classes=classes)
+    return replace(scan, step=float(max(header.scales)))
 
 
 def require_no_viewpoint(content: bytes, name: str) -> None:

@@ -11,10 +11,10 @@ from numpy.typing import NDArray
 from footfall.core.errors import InvalidTerrain
 from footfall.core.frames import rotation_from_quat_wxyz, transform
 from footfall.io.depth_files import DEPTH_IMAGES, read_depth
+from footfall.io.las_projection import projection_in
 from footfall.io.scan_files import (
     SCANS,
     ply_has_faces,
-    projection_in,
     read_scan,
     require_no_viewpoint,
     rounding_of,

@@ -3,6 +3,7 @@
 import codecs
 import io
 import json
+import re
 import struct
 import warnings
 import zipfile
@@ -27,6 +28,9 @@ _LONGEST_LINE = 1000
 _AT_ONCE = 1 << 20
 """Heights that are compared at once: a comparison needs several times their memory."""
 _ASC_KEYS = ("ncols", "nrows", "xllcorner", "xllcenter", "yllcorner", "yllcenter", "cellsize", "nodata_value")
+
+_SIX_DIGITS = re.compile(r"[+-]?\d(?:\.(\d{1,5}))?[eE]\+(0[6-9]|[1-9]\d)")
+"""As ``%g`` writes numbers that have more than six; by hand they are written otherwise."""
 
 
 def read_asc(content: bytes, name: str) -> Dem:
@@ -65,6 +69,7 @@ def read_asc(content: bytes, name: str) -> Dem:
 def _asc_header(content: bytes, name: str) -> tuple[dict[str, float], int]:
     """(what it states, where its heights begin)"""
     header: dict[str, float] = {}
+    steps: dict[str, float] = {}
     position = 0
     while position < len(content):
         end = content.find(b"\n", position)
@@ -93,11 +98,20 @@ def _asc_header(content: bytes, name: str) -> tuple[dict[str, float], int]:
                     f"{name} states {words[0]} as {words[1][:40]!r}, which is no number{how_to_write(words[1])}"
                 )
             header[key] = stated
+            if (short := _SIX_DIGITS.fullmatch(words[1])) is not None:
+                steps[words[0]] = 10.0 ** (int(short[2]) - len(short[1] or ""))
         position = end + 1
     missing = [key for key in ("ncols", "nrows", "cellsize") if key not in header]
     missing += [f"{a}llcorner" for a in "xy" if not {f"{a}llcorner", f"{a}llcenter"} & header.keys()]
     if missing:
         raise InvalidTerrain(f"{name} is no complete ASCII grid: its header lacks {', '.join(missing)}")
+    for key, step in steps.items():
+        if step > header["cellsize"] and key.lower() in _ASC_KEYS[2:6]:
+            raise InvalidTerrain(
+                f"{name} states {key} as {header[key.lower()]:.6g}, to {step:g} m, coarser than its cells of "
+                f"{header['cellsize']:g} m: the place was written with too few digits; write all of them",
+                step=step,
+            )
     return header, position
 
 

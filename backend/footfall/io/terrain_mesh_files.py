@@ -11,6 +11,7 @@ from footfall.core.mesh import Mesh
 from footfall.core.misread import Unreadable
 from footfall.core.written import require_plain_numbers
 from footfall.io.polygon_faces import polygons_in, read_polygons
+from footfall.terrain.coarse_digits import require_fine_digits
 from footfall.terrain.dem import Dem
 from footfall.terrain.from_arrays import check_no_value_numbers
 from footfall.terrain.ground.closed import closed_share
@@ -62,6 +63,7 @@ def read_mesh(
     used = np.zeros(len(vertices), bool)
     used[triangles] = True
     check_no_value_numbers(vertices[used, 2], name, "leave those vertices and their faces out")
+    require_fine_digits(vertices[used], name, resolution, corners=True)
     mesh = Mesh(vertices, triangles.astype(np.int32))
     if (axis := _other_up(mesh)) is not None:
         raise InvalidTerrain(

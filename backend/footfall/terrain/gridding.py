@@ -10,6 +10,7 @@ from footfall.core.errors import InvalidTerrain
 from footfall.core.frames import require_transform
 from footfall.core.grid import GridGeometry
 from footfall.core.value import Provenance
+from footfall.terrain.coarse_digits import require_fine_digits
 from footfall.terrain.dem import MAX_SOURCES, Dem
 from footfall.terrain.from_arrays import check_cell_count, check_no_value_numbers
 from footfall.terrain.gridding_kernel import by_cell, extent, supported, surfaces
@@ -61,7 +62,8 @@ def terrain_of_scan(
         points = points[~np.isin(scan.classes, left_out)] if left_out else points
     if not len(points):
         raise InvalidTerrain(f"{scan.name} has no points of the ground")
-    return gridded(points, settings, scan.name)
+    factor = UNITS[unit or scan.unit or "m"]
+    return gridded(points, settings, scan.name, factor, scan.step * factor)
 
 
 def placed(scan: Scan, unit: str | None, up: str | None, T_site_sensor: ArrayLike | None) -> Array:
@@ -123,25 +125,34 @@ def _upright(points: Array, up: str) -> Array:
     return np.column_stack(turned)
 
 
-def gridded(points: Array, settings: ScanSettings, name: str) -> Dem:
+def gridded(points: Array, settings: ScanSettings, name: str, unit: float = 1.0, step: float = 0.0) -> Dem:
     """Cells of points; a cell's centre lies at a multiple of the resolution.
 
     Args:
         points: (n, 3) in site [m].
         settings: how points become cells.
         name: what the map is called.
+        unit: in which their file had them [m].
+        step: in which it kept them, where it says so [m].
 
     Returns:
         The ground.
 
     Raises:
-        InvalidTerrain: no cell has enough points that agree.
+        InvalidTerrain: no cell has enough points that agree, or they were written with too few digits.
     """
     points = np.ascontiguousarray(points, np.float64)
     low, high = extent(points)
     resolution = settings.resolution or natural_resolution(
         len(points), float(high[0] - low[0]), float(high[1] - low[1])
     )
+    if step > resolution * (1.0 + 1e-9):
+        raise InvalidTerrain(
+            f"{name} keeps its coordinates in steps of {step:g} m, coarser than its cells of {resolution:g} m; take "
+            f"--resolution {step:g} or coarser, or write it with a finer scale, such as 0.001",
+            step=step,
+        )
+    require_fine_digits(points, name, resolution, unit)
     first = np.floor(low / resolution + 0.5)
     cols, rows = (int(n) for n in np.floor(high / resolution + 0.5) - first + 1)
     check_cell_count(rows, cols)

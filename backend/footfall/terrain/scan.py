@@ -1,12 +1,13 @@
 """Points of a scan, and how they become ground: values only, what computes is in gridding."""
 
 import math
+from dataclasses import field
 
 import numpy as np
 from numpy.typing import NDArray
 
 from footfall.core.errors import InvalidInput
-from footfall.core.value import Value, value
+from footfall.core.value import LATER, Value, value
 
 UPS = ("x", "y", "z", "-x", "-y", "-z")
 UNITS = {"m": 1.0, "cm": 0.01, "mm": 0.001, "km": 1000.0, "ft": 0.3048, "us-ft": 1200.0 / 3937.0}
@@ -24,6 +25,7 @@ class Scan(Value):
     points: (n, 3), finite, in a frame and unit of their own. unit, up: as the file declares them, of UNITS and UPS;
     None where it doesn't. classes: (n,) of LAS, or None. dropped: how many points had no finite coordinates.
     camera: whether the frame is a camera's (z forward), so that only a pose can say where the ground is.
+    step: in which the file keeps coordinates, where it says so [its unit].
     """
 
     points: NDArray[np.float64]
@@ -33,6 +35,7 @@ class Scan(Value):
     classes: NDArray[np.uint8] | None = None
     dropped: int = 0
     camera: bool = False
+    step: float = field(default=0.0, metadata=LATER)
 
 
 @value

@@ -1,0 +1,107 @@
+"""Which coordinate system a LAS file says its points have, by WKT or by the keys of GeoTIFF."""
+
+import io
+import warnings
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
+
+from footfall.core.errors import InvalidTerrain
+
+if TYPE_CHECKING:
+    from rasterio.crs import CRS
+
+
+def projection_in(content: bytes, name: str) -> "CRS | None":
+    """The coordinate system that a scan states itself: of LAS files; None where it doesn't."""
+    if not name.lower().endswith((".las", ".laz")):
+        return None
+    import laspy
+
+    with laspy.open(io.BytesIO(content)) as opened:
+        return coordinate_system(opened.header, name)
+
+
+_PROJECTED, _GEOGRAPHIC, _VERTICAL, _LENGTHS, _HEIGHTS = 3072, 2048, 4096, 3076, 4099
+"""Keys of GeoTIFF, which LAS files use too."""
+_MODEL, _IS_PROJECTED, _USER_DEFINED = 1024, 1, 32767
+_METRE = 9001
+
+
+def coordinate_system(header: Any, name: str) -> "CRS | None":
+    """The coordinate system of a LAS file. Raises InvalidTerrain for all but metres."""
+    from footfall.io.terrain_projection import check_crs, check_projection_text
+
+    for record in (*header.vlrs, *(header.evlrs or ())):
+        if type(record).__name__ == "WktCoordinateSystemVlr" and record.string.strip("\0 "):
+            return check_projection_text(record.string.strip("\0 "), name)
+    for record in header.vlrs:
+        if type(record).__name__ != "GeoKeyDirectoryVlr":
+            continue
+        keys = {key.id: key.value_offset for key in record.geo_keys if key.tiff_tag_location == 0}
+        for kind, number in (("lengths", _LENGTHS), ("heights", _HEIGHTS)):
+            if keys.get(number, _METRE) not in (0, _METRE):
+                raise InvalidTerrain(
+                    f"{name} has {kind} in another unit than metres (EPSG:{keys[number]}); reproject it first"
+                )
+        codes = {
+            number: keys[number]
+            for number in (_PROJECTED, _GEOGRAPHIC, _VERTICAL)
+            if 0 < keys.get(number, 0) < _USER_DEFINED
+        }
+        found = {number: _of_epsg(code, name) for number, code in codes.items()}
+        if keys.get(_PROJECTED) == _USER_DEFINED:
+            found[_PROJECTED] = _of_all_keys(header, name)
+        if _PROJECTED in found or keys.get(_MODEL) == _IS_PROJECTED:
+            found.pop(_GEOGRAPHIC, None)  # what the projection is made from
+        for one in found.values():
+            check_crs(one, name)
+        return found.get(_PROJECTED)
+    return None
+
+
+def _of_epsg(code: int, name: str) -> "CRS":
+    from rasterio.crs import CRS
+    from rasterio.errors import CRSError
+
+    try:
+        return CRS.from_epsg(code)
+    except CRSError as err:
+        raise InvalidTerrain(f"{name} states EPSG:{code}, which is no coordinate system that we know") from err
+
+
+_TAGS = {"GeoKeyDirectoryVlr": (34735, "u2"), "GeoDoubleParamsVlr": (34736, "f8"), "GeoAsciiParamsVlr": (34737, "s")}
+"""Records of a LAS file that a GeoTIFF has as tags, and of what they are made."""
+_TYPES = {"u2": 3, "f8": 12, "s": 2}
+"""Numbers of TIFF for these."""
+
+
+def _of_all_keys(header: Any, name: str) -> "CRS":
+    """A projection that the file defines itself, as a GeoTIFF with the same keys has it."""
+    from PIL import Image
+    from PIL.TiffImagePlugin import ImageFileDirectory_v2
+    from rasterio.errors import NotGeoreferencedWarning, RasterioError
+    from rasterio.io import MemoryFile
+
+    tags = ImageFileDirectory_v2()
+    for record in header.vlrs:
+        if type(record).__name__ in _TAGS:
+            tag, kind = _TAGS[type(record).__name__]
+            tags.tagtype[tag] = _TYPES[kind]
+            held = record.record_data_bytes()
+            tags[tag] = held.decode("latin-1").rstrip("\0") if kind == "s" else np.frombuffer(held, f"<{kind}").tolist()
+    content = io.BytesIO()
+    Image.new("L", (1, 1)).save(content, "TIFF", tiffinfo=tags)
+    with warnings.catch_warnings():
+        warnings.simplefilter("ignore", NotGeoreferencedWarning)
+        try:
+            with MemoryFile(content.getvalue()) as memory, memory.open(driver="GTiff") as opened:
+                crs = opened.crs
+        except RasterioError:
+            crs = None
+    if crs is None or not crs.is_projected:
+        raise InvalidTerrain(
+            f"{name} has a projection of its own (ProjectedCSType {_USER_DEFINED}) that its keys don't describe; let "
+            "it state an EPSG code or WKT, or reproject it, such as to UTM"
+        )
+    return crs
