@@ -3,11 +3,10 @@
 A terrain that remembers is written with these bands, all float64: height [m], variance [m²], time of the newest
 measurement [s since 1970], age before the newest of all [s], certainty (probability that the height is right within
 5 cm, of a normal distribution), count, source; the names of the sources stand in the tag ``SOURCES``, as JSON. Files
-of others need the first band only, and where their bands have descriptions the first must be of heights.
+of others need the first band only, and where anything says what that is it must be of heights.
 """
 
 import json
-import re
 import warnings
 from dataclasses import replace
 from pathlib import Path
@@ -26,7 +25,8 @@ from scipy.special import erf
 from footfall.core.arrays import Array
 from footfall.core.errors import InvalidTerrain
 from footfall.core.grid import GridGeometry
-from footfall.io.terrain_projection import check_crs, check_height_unit, check_true_to_scale, convergence
+from footfall.io.band_meaning import check_band_is_of_heights
+from footfall.io.terrain_projection import check_crs, check_true_to_scale, convergence
 from footfall.io.terrain_sidecars import mask_beside, place_beside
 from footfall.terrain.dem import Dem
 from footfall.terrain.from_arrays import check_cell_count, check_lone_no_value, check_no_value_numbers, from_heights
@@ -42,12 +42,6 @@ BANDS = (
 )
 WITHIN = 0.05
 """Of "certainty" [m]."""
-
-_OF_HEIGHTS = re.compile(r"height|elevation|altitude|relief|topograph|\bd[ehst]m\b|\bz\b", re.IGNORECASE)
-_OF_OTHERS = re.compile(
-    r"slope|aspect|hill ?shade|curvature|rough|intensity|reflect|variance|deviation|uncertain|count|mask|class",
-    re.IGNORECASE,
-)
 
 SITE_CRS = 'LOCAL_CS["site",UNIT["metre",1],AXIS["East",EAST],AXIS["North",NORTH]]'
 
@@ -98,7 +92,6 @@ def _read(source: DatasetReader, name: str, resolution: float | None, projection
     check_crs(source.crs, name)
     _check_placed_by_grid(source, name)
     _check_holds_heights(source, name)
-    check_height_unit(source.units[0], name)
     transform = _transform(source, name, resolution)
     check_true_to_scale(source.crs or projection, source.bounds, name)
     heights = _heights(source, name)
@@ -166,14 +159,7 @@ def _check_holds_heights(source: DatasetReader, name: str) -> None:
             f"{name} declares the scale {source.scales[0]:g} and the offset {source.offsets[0]:g}, which leave no "
             "heights; correct them: gdal_edit.py -scale 1 -offset 0 …"
         )
-    about = source.descriptions[0]
-    if source.count == 1 and about and _OF_OTHERS.search(about) and not _OF_HEIGHTS.search(about):
-        raise InvalidTerrain(f"the band of {name} is called {about[:40]!r}; heights are needed")
-    if source.count > 1 and about and not _OF_HEIGHTS.search(about):
-        raise InvalidTerrain(
-            f"the first of {source.count} bands of {name} is called {about[:40]!r}; heights must be the first band, or "
-            "the only one"
-        )
+    check_band_is_of_heights(source, name)
 
 
 def _remembering(dem: Dem, source: DatasetReader) -> Dem:

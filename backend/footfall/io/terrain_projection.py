@@ -16,7 +16,6 @@ from footfall.core.errors import InvalidTerrain
 MOST_STRETCH = 0.01
 """A map whose metres are longer or shorter than the ground's by a larger share than this is refused."""
 
-_METRES = ("", "m", "metre", "metres", "meter", "meters")
 _WKT = re.compile(
     r'(?P<open>[A-Z][A-Z0-9]*)\[(?:"(?P<name>(?:[^"]|"")*)"(?:,(?P<number>[-+0-9.eE]+))?)?|"(?:[^"]|"")*"|(?P<close>\])'
 )
@@ -118,15 +117,6 @@ def check_projection_text(wkt: str, name: str) -> CRS:
         ) from err
     check_crs(crs, name)
     return crs
-
-
-def check_height_unit(unit: str | None, name: str) -> None:
-    """Refuse heights whose file says that they are not metres, in its band or its vertical coordinates."""
-    if (unit or "").strip().lower() not in _METRES:
-        raise InvalidTerrain(
-            f"the heights of {name} are in {unit!r}; bring them to metres, and the unit that the file states too",
-            unit=unit,
-        )
 
 
 def check_true_to_scale(crs: CRS | None, bounds: Sequence[float], name: str) -> None:

@@ -30,7 +30,7 @@ MOST_BESIDE = 10
 
 # Statistics, histograms and the area or point convention of others change no height.
 _MEANS_SOMETHING = re.compile(
-    rb"<(SRS|GeoTransform|GCPList|GeodataXform|NoDataValue|Scale|Offset|UnitType|MaskBand|ColorInterp)\b"
+    rb"<(SRS|GeoTransform|GCPList|GeodataXform|NoDataValue|Scale|Offset|UnitType|MaskBand|ColorInterp|Description)\b"
     rb'|<Metadata\s[^>]*domain="(RPC|GEOLOCATION)"'
 )
 _ASC_STATES = {
