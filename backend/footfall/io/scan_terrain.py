@@ -19,9 +19,9 @@ from footfall.io.scan_files import (
     require_no_viewpoint,
     rounding_of,
 )
-from footfall.io.scan_text import require_unit_of_heading
 from footfall.io.terrain_place import in_projection, projection_of
 from footfall.io.terrain_sidecars import require_read
+from footfall.io.units_said import require_unit_said
 from footfall.terrain.dem import Dem
 from footfall.terrain.gridding import terrain_of_scan
 from footfall.terrain.scan import UNITS, ScanSettings
@@ -85,11 +85,11 @@ def terrain_from_scan(
         raise InvalidTerrain(f"a calibration is for depth images ({', '.join(DEPTH_IMAGES)}); {name} has points")
     else:
         scan = read_scan(content, name)
-        require_unit_of_heading(content, name, unit)
         if T_site_sensor is None:
             require_no_viewpoint(content, name)
         if projection is not None and T_site_sensor is None:
             scan = replace(scan, unit=scan.unit or "m")
+        require_unit_said(content, Path(name).suffix.lower(), name, unit or scan.unit)
     dem = terrain_of_scan(scan, settings, unit, up, T_site_sensor)
     off = rounding_of(content, name, scan.points) * UNITS[unit or scan.unit or "m"]
     if off > _MOST_ROUNDED * dem.geometry.resolution:

@@ -78,31 +78,3 @@ def _no_number(text: str, separator: str | None, skip: int, columns: tuple[int, 
                 place = f"line {line}, column {column + 1} ({axis})"
                 return f"{place} has {word[:40]!r}, which is no number{how_to_write(word)}"
     return "a row has no number"
-
-
-def require_unit_of_heading(content: bytes, name: str, unit: str | None) -> None:
-    """Raise InvalidTerrain where the heading of a text says another unit than is stated, or degrees."""
-    if not name.lower().endswith(ENDINGS):
-        return
-    heading = content[:65536].decode("utf-8", "replace").lstrip("\ufeff").lstrip().partition("\n")[0]
-    for said in re.findall(r"[xyzXYZ]\s*[\[(]\s*([^\])]{1,20}?)\s*[\])]", heading):
-        meant = _SAID.get(said.lower())
-        if meant == "deg":
-            raise InvalidTerrain(f"{name} has coordinates in degrees, as its heading says; reproject it to metres")
-        if None not in (meant, unit) and meant != unit:
-            raise InvalidTerrain(
-                f"the heading of {name} says {said}, not {unit}: state --unit {meant}, or correct the heading",
-                unit=meant,
-            )
-
-
-_SAID = {
-    **dict.fromkeys(("m", "metre", "metres", "meter", "meters"), "m"),
-    **dict.fromkeys(("cm", "centimetre", "centimetres", "centimeter", "centimeters"), "cm"),
-    **dict.fromkeys(("mm", "millimetre", "millimetres", "millimeter", "millimeters"), "mm"),
-    **dict.fromkeys(("km", "kilometre", "kilometres", "kilometer", "kilometers"), "km"),
-    **dict.fromkeys(("ft", "foot", "feet"), "ft"),
-    **dict.fromkeys(("us-ft", "us ft", "usft", "ftus", "us survey foot", "us survey feet"), "us-ft"),
-    **dict.fromkeys(("deg", "degree", "degrees", "°"), "deg"),
-}
-"""How headings spell units."""

@@ -30,6 +30,7 @@ from footfall.io import terrain_grid_files, terrain_mesh_files, terrain_sidecars
 from footfall.io.scan_files import SCANS
 from footfall.io.scan_terrain import is_scan, terrain_from_scan
 from footfall.io.terrain_place import in_projection, projection_of
+from footfall.io.units_said import require_scale_said
 from footfall.terrain.dem import Dem, HeightError
 from footfall.terrain.from_arrays import from_heights
 from footfall.terrain.ground.mesh_terrain import MOST_ERROR
@@ -174,6 +175,7 @@ def decode_terrain(
     elif size is not None or height_range is not None:
         raise InvalidTerrain(f"size and height_range are for pictures only; {name} has its own coordinates")
     elif ending in _MESHES:
+        require_scale_said(content, ending, name, scale)
         mesh = terrain_mesh_files.read_mesh(content, name, cell, scale, most_error or MOST_ERROR)
         dem = in_projection(mesh, projection, name)
     else:
