@@ -129,9 +129,10 @@ def _stance(
 def _answer(result: LeggedResult, seconds: float, out: Path | None, as_json: bool) -> NoReturn:
     """Write and show; exit code 1 where the answer is no."""
     from footfall.io.artifacts import encode
+    from footfall.io.whole_files import write_whole
 
     if out is not None:
-        out.write_bytes(encode(result))
+        write_whole(out, encode(result))
     _show(result, seconds, as_json)
     raise typer.Exit(0 if result.status is Status.FOUND else 1)
 

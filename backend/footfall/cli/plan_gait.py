@@ -27,12 +27,13 @@ def plan_gait(
     x: AtX = 0.0,
     y: AtY = 0.0,
     yaw: AtYaw = 0.0,
-    out: Annotated[Path | None, typer.Option(help="Write the answer as .npz.")] = None,
+    out: Annotated[Path | None, typer.Option(help="Write the answer as .npz.", callback=terminal.writable)] = None,
     robot: RobotName = "athlete",
     as_json: Json = False,
 ) -> None:
     """Plan a gait to a goal, or say at which step which check fails by how much; exit code 1 where the answer is no."""
     from footfall.io.artifacts import encode
+    from footfall.io.whole_files import write_whole
     from footfall.planning.gait.plan import plan_gait as run
 
     settings = GaitSettings(gait=gait, stride=stride, arc=arc)
@@ -42,7 +43,7 @@ def plan_gait(
         result = run(body, dem, state, WalkGoal(*goal, yaw=goal_yaw), settings=settings, progress=progress)
     seconds = time.monotonic() - began
     if out is not None:
-        out.write_bytes(encode(result))
+        write_whole(out, encode(result))
     _show(result, seconds, as_json)
     raise typer.Exit(0 if result.status is Status.FOUND else 1)
 

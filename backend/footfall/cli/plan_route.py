@@ -42,12 +42,13 @@ def plan_route(
     together: Annotated[
         bool, typer.Option("--together", help="Search way and headings together: turns decide which way is taken.")
     ] = RouteSettings().together,
-    out: Annotated[Path | None, typer.Option(help="Write the answer as .npz.")] = None,
+    out: Annotated[Path | None, typer.Option(help="Write the answer as .npz.", callback=terminal.writable)] = None,
     robot: RobotName = "athlete",
     as_json: Json = False,
 ) -> None:
     """Plan a route over a terrain to a goal, without footfalls; exit code 1 where the answer is no."""
     from footfall.io.artifacts import encode
+    from footfall.io.whole_files import write_whole
 
     given = {"worst": worst, "cost": cost, "turning": turning, "together": together}
     given |= {} if resolution is None else {"resolution": resolution}
@@ -55,7 +56,7 @@ def plan_route(
         began, result = _planned(robot, terrain, (x, y, yaw), goal, given, progress)
     seconds = time.monotonic() - began
     if out is not None:
-        out.write_bytes(encode(result))
+        write_whole(out, encode(result))
     if as_json:
         terminal.show({**fields_of(result), "digest": result.digest, "seconds": seconds})
     else:

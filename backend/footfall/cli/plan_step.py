@@ -33,7 +33,9 @@ def plan_step(
     as_commanded: Annotated[
         bool, typer.Option("--as-commanded", help="Command what is planned; the rover's sag is not predicted.")
     ] = False,
-    out: Annotated[Path | None, typer.Option(help="Write the answer as .npz, for `footfall export`.")] = None,
+    out: Annotated[
+        Path | None, typer.Option(help="Write the answer as .npz, for `footfall export`.", callback=terminal.writable)
+    ] = None,
     robot: RobotName = "athlete",
     as_json: Json = False,
 ) -> None:
@@ -45,6 +47,7 @@ def plan_step(
     from footfall.cli.legged import plan_legged_step
     from footfall.io.any_robot import is_legged
     from footfall.io.artifacts import encode
+    from footfall.io.whole_files import write_whole
     from footfall.planning.answers import Status
     from footfall.planning.execution.plan import plan_execution
     from footfall.planning.legged.problem import LeggedSettings
@@ -65,6 +68,6 @@ def plan_step(
         with bar("command") as progress:
             done = plan_execution(body, dem, state, result.plan, progress=progress)
     if out is not None:
-        out.write_bytes(encode(done or result))
+        write_whole(out, encode(done or result))
     terminal.show_plan(result, done, as_json)
     raise typer.Exit(0 if (done or result).status is Status.FOUND else 1)

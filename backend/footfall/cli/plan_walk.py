@@ -108,7 +108,9 @@ def plan_walk(
         Path | None,
         typer.Option(help="A robot of your own goes along this route: a file that `footfall plan route` wrote."),
     ] = None,
-    out: Annotated[Path | None, typer.Option(help="Write the answer as .npz, for `footfall export`.")] = None,
+    out: Annotated[
+        Path | None, typer.Option(help="Write the answer as .npz, for `footfall export`.", callback=terminal.writable)
+    ] = None,
     robot: RobotName = "athlete",
     as_json: Json = False,
 ) -> None:
@@ -119,6 +121,7 @@ def plan_walk(
     from footfall.cli.legged import plan_legged_walk
     from footfall.io.any_robot import is_legged, load_legged
     from footfall.io.artifacts import encode
+    from footfall.io.whole_files import write_whole
     from footfall.planning.legged.circulate import MARGIN
     from footfall.planning.legged.problem import LeggedSettings
     from footfall.planning.walk.plan import plan_walk as run
@@ -164,7 +167,7 @@ def plan_walk(
         with bar("command") as progress:
             done = plan_walk_execution(body, dem, state, result.plan, ExecutionSettings(mode=mode), progress=progress)
     if out is not None:
-        out.write_bytes(encode(done or result))
+        write_whole(out, encode(done or result))
     _show(result, done, seconds, as_json)
     raise typer.Exit(0 if (done or result).status is Status.FOUND else 1)
 

@@ -124,7 +124,9 @@ def export(
     format: Annotated[
         str, typer.Option("--format", help="json, csv, seqjson, fprime, fprime-dictionary, yamcs, ros2 or html.")
     ] = "seqjson",
-    out: Annotated[Path | None, typer.Option("--out", "-o", help="File to write; otherwise stdout.")] = None,
+    out: Annotated[
+        Path | None, typer.Option("--out", "-o", help="File to write; otherwise stdout.", callback=terminal.writable)
+    ] = None,
     page: Annotated[bool, typer.Option("--page", help="The whole session as a page that plays alone.")] = False,
     robot: Annotated[Path | None, typer.Option(help="Its robot.toml, for a plan of a robot of your own.")] = None,
     terrain: Annotated[Path | None, typer.Option(help="The terrain that such a plan was made on.")] = None,
@@ -151,12 +153,13 @@ def _export_page(source: Path, out: Path | None, as_json: bool) -> None:
     from footfall.api.bodies.jsonable import jsonable
     from footfall.cli.recorded import RecordedSession
     from footfall.io.session_page import encode
+    from footfall.io.whole_files import write_whole
     from footfall.session.replay.page_story import page_story
 
     recorded = RecordedSession(source)
     content = encode(jsonable(page_story(recorded.events, recorded.typed, recorded.robot())))
     if out is not None:
-        out.write_bytes(content)
+        write_whole(out, content)
     if as_json:
         terminal.show({"events": len(recorded.events), "bytes": len(content)})
     elif out is None:

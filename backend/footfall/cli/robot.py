@@ -32,10 +32,12 @@ def init(
     """Propose a robot.toml beside a URDF: legs, feet, groups, a posture, collisions, clearances; for you to edit."""
     from footfall.io.urdf.proposal import proposal
     from footfall.io.urdf.read import read_urdf
+    from footfall.io.whole_files import require_writable, write_whole
     from footfall.robot.legged.find_legs import legged_model
     from footfall.robot.legged.touching import touching
 
     target = out or urdf.parent / "robot.toml"
+    require_writable(target)
     if target.exists() and not force:
         raise InvalidInput(f"{target} is there already; --force writes over it, --out names another", file=str(target))
     folders = packages or []
@@ -44,7 +46,7 @@ def init(
         model = legged_model(read_urdf(urdf, folders))
         progress(0.3, "collisions")
         found = touching(model.tree, samples, seed)
-    target.write_text(proposal(model, urdf, target, found, folders), encoding="utf-8")
+    write_whole(target, proposal(model, urdf, target, found, folders).encode())
     if as_json:
         legs = [{"name": leg.name, "foot": leg.foot, "sole": leg.sole.kind, "group": leg.group} for leg in model.legs]
         pairs = {"always": len(found.always), "sometimes": len(found.sometimes), "never": len(found.never)}

@@ -16,6 +16,7 @@ from footfall.core.errors import FootFallError
 from footfall.core.interrupted import came_of_interrupt
 from footfall.core.progress import Progress as Report
 from footfall.core.value import fields_of
+from footfall.io.whole_files import require_writable
 from footfall.planning.answers import Check, Status
 from footfall.planning.execution.execution_settings import MODES, ExecutionSettings
 from footfall.planning.execution.problem import ExecutionResult
@@ -46,6 +47,13 @@ def _remember(context: typer.Context, wanted: bool) -> bool:
 
 
 Json = Annotated[bool, typer.Option("--json", help="One JSON document on stdout.", callback=_remember, is_eager=True)]
+
+
+def writable(out: Path | None) -> Path | None:
+    """Refuse, before the work, a file that can't be written: the callback of an option."""
+    if out is not None:
+        require_writable(out)
+    return out
 
 
 class Reporting(TyperGroup):

@@ -90,12 +90,13 @@ def build(
     A pair that can't be used is left out, and named with the reason.
     """
     from footfall.io.pair_files import read_calibrated_pair
-    from footfall.io.terrain_files import write_terrain
+    from footfall.io.terrain_files import require_terrain_file, write_terrain
     from footfall.terrain.photographs import terrain_from_pairs
     from footfall.terrain.scan import ScanSettings
     from footfall.terrain.terrain_settings import TerrainSettings
 
     sources, out = _sources_and_out(files or [], out)
+    require_terrain_file(out)
     if scan is not None:
         if sources or images is not None or refine:
             raise InvalidInput("--scan is built alone: leave out BUNDLE, LEFT RIGHT, --images and --refine")
@@ -265,8 +266,9 @@ def convert(
     as_json: Json = False,
 ) -> None:
     """Read one terrain format and write another."""
-    from footfall.io.terrain_files import read_terrain, write_terrain
+    from footfall.io.terrain_files import read_terrain, require_terrain_file, write_terrain
 
+    require_terrain_file(out)
     dem = read_terrain(
         source,
         scale=scale,
@@ -298,10 +300,11 @@ def blend(
     as_json: Json = False,
 ) -> None:
     """Lay ground known from elsewhere under a map, without a step between them."""
-    from footfall.io.terrain_files import read_terrain, write_terrain
+    from footfall.io.terrain_files import read_terrain, require_terrain_file, write_terrain
     from footfall.terrain.fusion.blend import blend as run
     from footfall.terrain.terrain_settings import BlendSettings
 
+    require_terrain_file(out)
     settings = BlendSettings(deviation=deviation, time=time, level=level, seam=seam, reach=reach)
     dem = run(read_terrain(local), read_terrain(external, scale=scale, center=origin), settings)
     write_terrain(dem, out)
@@ -321,10 +324,11 @@ def collision(
 
     The mesh lies nowhere below that ground, and above it by no more than the error that is printed, which is measured.
     """
-    from footfall.io.terrain_files import read_terrain, write_collision_mesh
+    from footfall.io.terrain_files import read_terrain, require_mesh_file, write_collision_mesh
     from footfall.terrain.ground.simplified import simplified
     from footfall.terrain.ground.views import CollisionView, collision_view
 
+    require_mesh_file(out)
     made = simplified(collision_view(read_terrain(path), CollisionView(raise_by, buffer)), tolerance)
     write_collision_mesh(made, out)
     count = len(made.mesh.triangles)

@@ -12,6 +12,7 @@ from rasterio.io import MemoryFile
 from footfall.core.errors import InvalidInput, NotFound
 from footfall.io.image_files import encode_png
 from footfall.io.terrain_geotiff import SITE_CRS, north_up
+from footfall.io.whole_files import require_writable, write_whole
 from footfall.maps.colors import BARE_RGB, HATCH_RGB, UNKNOWN_RGB, hatched, layer_rgb
 from footfall.maps.layers import ALL_LAYERS, MapStack
 from footfall.maps.over_imagery import darkened, grain
@@ -100,6 +101,7 @@ def require_map_file(path: Path, layer: str | None) -> None:
         raise InvalidInput(f"{path.name} takes all layers; leave out the layer, or write {' or '.join(ONE)}")
     if layer is not None and layer not in ALL_LAYERS:
         raise NotFound(f"there is no layer {layer!r}; there are {', '.join(ALL_LAYERS)}", layer=layer)
+    require_writable(path)
 
 
 def write_maps(stack: MapStack, path: Path, layer: str | None = None) -> None:
@@ -111,9 +113,9 @@ def write_maps(stack: MapStack, path: Path, layer: str | None = None) -> None:
     require_map_file(path, layer)
     ending = path.suffix.lower()
     if layer is None:
-        path.write_bytes(_npz(stack) if ending == ".npz" else maps_geotiff(stack))
+        write_whole(path, _npz(stack) if ending == ".npz" else maps_geotiff(stack))
     else:
-        path.write_bytes(layer_png(stack, layer) if ending == ".png" else layer_npy(stack, layer))
+        write_whole(path, layer_png(stack, layer) if ending == ".png" else layer_npy(stack, layer))
 
 
 def _npz(stack: MapStack) -> bytes:

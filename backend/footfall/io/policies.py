@@ -4,6 +4,7 @@ from pathlib import Path
 
 from footfall.core.errors import InvalidBundle
 from footfall.io.artifacts import decode, encode
+from footfall.io.whole_files import write_whole
 from footfall.planning.choice.choice_settings import ChoiceSettings
 from footfall.planning.choice.policy import GaitPolicy, require_made_for
 
@@ -23,4 +24,4 @@ def read_policy(path: Path, robot: str | None = None, settings: ChoiceSettings |
 
 def write_policy(path: Path, policy: GaitPolicy) -> None:
     """Write a policy."""
-    path.write_bytes(encode(policy))
+    write_whole(path, encode(policy))

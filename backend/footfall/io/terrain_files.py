@@ -31,6 +31,7 @@ from footfall.io.scan_files import SCANS
 from footfall.io.scan_terrain import is_scan, terrain_from_scan
 from footfall.io.terrain_place import in_projection, projection_of
 from footfall.io.units_said import require_scale_said
+from footfall.io.whole_files import require_writable, write_whole
 from footfall.terrain.dem import Dem, HeightError
 from footfall.terrain.from_arrays import from_heights
 from footfall.terrain.ground.mesh_terrain import MOST_ERROR
@@ -226,12 +227,16 @@ def encode_terrain(dem: Dem, ending: str) -> bytes:
 
 def write_terrain(dem: Dem, path: str | Path) -> None:
     """Write a Dem; the ending of the name says which kind of file (see :func:`encode_terrain`)."""
+    require_terrain_file(path)
+    write_whole(path, encode_terrain(dem, Path(path).suffix.lower()))
+
+
+def require_terrain_file(path: str | Path) -> None:
+    """Raise what :func:`write_terrain` would raise whatever the terrain is: before it is made."""
     path = Path(path)
     _check_ending(path.suffix.lower(), path.name, WRITABLE)
-    if not path.parent.is_dir():
-        raise NotFound(f"there is no folder {path.parent} to write {path.name} to", path=str(path))
+    require_writable(path)
     terrain_sidecars.require_alone(path)
-    path.write_bytes(encode_terrain(dem, path.suffix.lower()))
 
 
 def encode_collision_mesh(made: SimplifiedMesh, ending: str) -> bytes:
@@ -242,10 +247,15 @@ def encode_collision_mesh(made: SimplifiedMesh, ending: str) -> bytes:
 
 def write_collision_mesh(made: SimplifiedMesh, path: str | Path) -> None:
     """Write a simplified mesh; the ending of the name says which kind of file."""
+    require_mesh_file(path)
+    write_whole(path, encode_collision_mesh(made, Path(path).suffix.lower()))
+
+
+def require_mesh_file(path: str | Path) -> None:
+    """Raise what :func:`write_collision_mesh` would raise whatever the mesh is: before it is made."""
     path = Path(path)
-    if not path.parent.is_dir():
-        raise NotFound(f"there is no folder {path.parent} to write {path.name} to", path=str(path))
-    path.write_bytes(encode_collision_mesh(made, path.suffix.lower()))
+    _check_ending(path.suffix.lower(), f"a mesh file {path.suffix}", _MESHES)
+    require_writable(path)
 
 
 def _placed(dem: Dem, resolution: float | None, scale: float, center: bool | tuple[float, float] | None) -> Dem:

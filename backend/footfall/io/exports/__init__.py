@@ -6,10 +6,10 @@ for print, and the nanoseconds of ROS 2, are rounded.
 
 import os
 from collections.abc import Callable
-from pathlib import Path
 
-from footfall.core.errors import InvalidInput, InvalidSequence, NotFound
+from footfall.core.errors import InvalidSequence, NotFound
 from footfall.io.exports import as_csv, as_fprime, as_html, as_joint_csv, as_json, as_ros2, as_seqjson, as_yamcs
+from footfall.io.whole_files import require_writable, write_whole
 from footfall.robot.model import Robot
 from footfall.sequence.commands import Sequence
 
@@ -98,10 +98,13 @@ def export(
 
     Raises:
         NotFound: there is no such format, or no folder to write to.
+        InvalidInput: the path is no file's: a folder, a device, a pipe.
         InvalidSequence: a rule does not hold, named with its row, or the format can't carry these commands.
     """
     if format not in FORMATS:
         raise NotFound(f"there is no export format {format!r}; there are {', '.join(FORMATS)}", format=format)
+    if path is not None:
+        require_writable(path)
     require_exportable(sequence)
     formats = formats_for(sequence)
     if formats[format]:
@@ -118,7 +121,7 @@ def export(
     else:
         data = FORMATS[format](sequence)
     if path is not None:
-        _write(Path(path), data)
+        write_whole(path, data)
     return data
 
 
@@ -138,14 +141,3 @@ def require_exportable(sequence: Sequence) -> None:
             "only a sequence that keeps every rule can be exported: " + "; ".join(listed),
             failures=[{"row": f.row, "rule": f.rule, "text": f.text} for f in failures],
         )
-
-
-def _write(path: Path, data: bytes) -> None:
-    if not path.parent.is_dir():
-        raise NotFound(f"there is no folder {path.parent} to write {path.name} into", path=str(path))
-    if path.is_dir():
-        raise InvalidInput(f"{path} is a folder; give the name of a file", path=str(path))
-    # A reader never sees half a sequence: the name appears with the whole content.
-    partial = path.with_name(f".{path.name}.partial")
-    partial.write_bytes(data)
-    partial.replace(path)
