@@ -79,7 +79,7 @@ def _of_obj(content: bytes) -> tuple[NDArray[np.float64], list[NDArray[np.int64]
 def _off_lines(content: bytes) -> tuple[int, list[list[bytes]]]:
     """How many vertices there are, and the words of each line of vertices and faces."""
     lines = [line for raw in content.split(b"\n") if (line := raw.partition(b"#")[0].split())]
-    if not lines or lines[0][0] != b"OFF":
+    if not lines or re.fullmatch(rb"(?:ST)?C?N?OFF", lines[0][0]) is None:
         raise Unreadable("it does not begin with OFF")
     lines[0] = lines[0][1:]
     lines = [line for line in lines if line]

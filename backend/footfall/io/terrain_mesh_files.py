@@ -10,6 +10,7 @@ from footfall.core.errors import InvalidTerrain
 from footfall.core.mesh import Mesh
 from footfall.core.misread import Unreadable
 from footfall.core.written import require_plain_numbers
+from footfall.io.mesh_text import plain_obj, plain_off
 from footfall.io.polygon_faces import polygons_in, read_polygons
 from footfall.terrain.coarse_digits import require_fine_digits
 from footfall.terrain.dem import Dem
@@ -41,9 +42,11 @@ def read_mesh(
         if _is_text(content, ending):
             require_plain_numbers(content)
         _require_faces(content, ending)
-        given = _counted_from_one(content) if ending == "obj" else content
+        given = {"obj": plain_obj, "off": plain_off}.get(ending, bytes)(content)
         polygons = polygons_in(given, ending)
         vertices, triangles = read_polygons(given, ending) if polygons else _of_library(given, ending)
+        if vertices.ndim != 2 or vertices.shape[1] != 3:
+            raise Unreadable("its vertices need three numbers each")
     except MemoryError:
         raise
     except Exception as err:  # the parsers raise whatever they trip over
@@ -57,7 +60,7 @@ def read_mesh(
         raise InvalidTerrain(f"{name} has vertices that are not finite numbers")
     if np.abs(vertices).max() > MAX_COORDINATE:
         raise InvalidTerrain(f"{name} has coordinates beyond {MAX_COORDINATE:g}; its vertices must be metres")
-    _check_whole(content, ending, len(triangles), name)
+    _check_whole(given, ending, len(triangles), name)
     if triangles.min() < 0 or triangles.max() >= len(vertices):
         raise InvalidTerrain(f"{name} is corrupt: its triangles point past its {len(vertices)} vertices")
     used = np.zeros(len(vertices), bool)
@@ -136,27 +139,6 @@ def _is_text(content: bytes, ending: str) -> bool:
 def _stl_count(content: bytes) -> int:
     """Triangles that a binary STL states."""
     return int.from_bytes(content[80:84], "little")
-
-
-def _counted_from_one(content: bytes) -> bytes:
-    """An OBJ whose faces name vertices by their number in the file.
-
-    OBJ also counts backwards (-1: the last vertex *so far*), which the reader takes from the end of the file. Raises
-    Unreadable for a vertex 0.
-    """
-    if not re.search(rb"^[ \t]*f[ \t](?:[^\n]*[ \t])?(?:-|0+[/ \t\r\n])", content, re.MULTILINE):
-        return content
-    vertices, lines = 0, []
-    for line in content.replace(b"\\\n", b" ").split(b"\n"):
-        words = line.split()
-        vertices += words[:1] == [b"v"]
-        if words[:1] == [b"f"]:
-            numbers = [int(word.split(b"/")[0]) for word in words[1:]]
-            if 0 in numbers:
-                raise Unreadable("a face names vertex 0, the first is 1")
-            line = b"f " + b" ".join(b"%d" % (n if n > 0 else vertices + 1 + n) for n in numbers)
-        lines.append(line)
-    return b"\n".join(lines)
 
 
 def _check_whole(content: bytes, ending: str, triangles: int, name: str) -> None:
