@@ -1,8 +1,9 @@
 """Depth images: how far the ground is along a camera's axis, with the calibration that makes points of it.
 
-``.npz`` holds ``depth`` (rows, cols) [m], not finite or not above zero where unknown, and either the calibration too
-(``focal_length`` or ``fx`` and ``fy``, ``cx``, ``cy`` [px]) or a file has it. ``.png`` has 16 bits, unknown
-where it has 0 or the count that it declares transparent; its calibration says ``depth_scale``, the metres of one count.
+``.npz`` holds ``depth`` (rows, cols) [m], or whole numbers with their ``depth_scale``, not finite or not above zero
+where unknown, and either the calibration too (``focal_length`` or ``fx`` and ``fy``, ``cx``, ``cy`` [px]) or a file
+has it. ``.png`` has 16 bits, unknown where it has 0 or the count that it declares transparent; its calibration says
+``depth_scale``, the metres of one count.
 The image is rectified: it has no lens distortion.
 """
 
@@ -32,9 +33,10 @@ def read_depth(content: bytes, name: str, calibration: Mapping[str, object] | No
     if unknown:
         raise InvalidTerrain(f"the calibration of {name} may have {', '.join(MEMBERS)}, not {', '.join(unknown)}")
     if name.lower().endswith(".npz"):
-        depth, own = _npz(content, name)
+        depth, own, whole = _npz(content, name)
         members = {**own, **members}
-        factor = float(_number(members, "depth_scale", name)) if "depth_scale" in members else 1.0
+        # whole numbers are counts, as of a 16-bit image: no depth is measured in whole metres
+        factor = float(_number(members, "depth_scale", name)) if whole or "depth_scale" in members else 1.0
     else:
         depth = _png(content, name)
         factor = _number(members, "depth_scale", name)
@@ -51,7 +53,8 @@ def read_depth(content: bytes, name: str, calibration: Mapping[str, object] | No
     return scan_of(points, name, unit="m", camera=True)
 
 
-def _npz(content: bytes, name: str) -> tuple[Array, dict[str, object]]:
+def _npz(content: bytes, name: str) -> tuple[Array, dict[str, object], bool]:
+    """Depth, what it says of the calibration, and whether the depths are whole numbers."""
     try:
         with zipfile.ZipFile(io.BytesIO(content)) as packed:
             check_npz_size(packed, name)
@@ -66,7 +69,8 @@ def _npz(content: bytes, name: str) -> tuple[Array, dict[str, object]]:
     depth = found.pop("depth")
     if depth.ndim != 2 or depth.dtype.kind not in "fiu" or not 0 < depth.size <= MAX_PIXELS:
         raise InvalidTerrain(f"depth of {name} needs rows × cols of real numbers [m], not {depth.dtype} {depth.shape}")
-    return depth.astype(np.float64), {one: array.item() for one, array in found.items() if array.size == 1}
+    own = {one: array.item() for one, array in found.items() if array.size == 1}
+    return depth.astype(np.float64), own, depth.dtype.kind in "iu"
 
 
 def _png(content: bytes, name: str) -> Array:
@@ -88,7 +92,7 @@ def _number(members: Mapping[str, object], member: str, name: str) -> float:
     if member not in members:
         raise InvalidTerrain(
             f"{name} needs a calibration with {member}: JSON with focal_length (or fx and fy), cx, cy [px], and of "
-            "16-bit images depth_scale [m per count]",
+            "whole numbers depth_scale [m per count]",
             missing=member,
         )
     found = members[member]

@@ -120,7 +120,12 @@ def _ply(content: bytes, name: str) -> Scan:
         raise InvalidTerrain(f"{name} is a mesh, no scan: read it as a terrain file, without --scan")
     if re.search(rb"^element\s+tristrips\s+[1-9]", content[:65536].partition(b"end_header")[0], re.MULTILINE):
         raise InvalidTerrain(f"{name} holds triangle strips, which are not read; write it as triangles")
-    stated = re.search(rb"^element\s+vertex\s+(\d+)", content[:65536], re.MULTILINE)
+    header = content[:65536].partition(b"end_header")[0]
+    named = re.findall(rb"^property\s+\w+\s+([xyz])\s*$", header, re.MULTILINE)
+    missing = [axis for axis in "xyz" if axis.encode() not in named]
+    if missing:
+        raise InvalidTerrain(f"{name} has no property {', '.join(missing)}; the points of a PLY are x, y and z")
+    stated = re.search(rb"^element\s+vertex\s+(\d+)", header, re.MULTILINE)
     loaded: Any = trimesh.load(io.BytesIO(content), file_type="ply", process=False)
     points = np.asarray(loaded.vertices)
     if stated is None or len(points) < int(stated[1]):

@@ -28,24 +28,55 @@ def read_points(content: bytes, name: str) -> Array:
     separator = next((s for s in (";", ",", "\t") if s in first), None)
     words = [word.strip().strip('"') for word in (first.split(separator) if separator else first.split())]
     columns = (0, 1, 2)
-    skip = comments
+    skip, stated = comments, 0
     if len(words) == 1 and words[0].isdecimal():
-        skip += 1  # how many points there are, as in PTS files
+        skip, stated = skip + 1, int(words[0])  # how many points there are, as in PTS files
     elif any(number_of(word) is None for word in words[:3]):
         if not any(word[:1].isdecimal() for word in words[:3]):
             columns, skip = _columns(words, name), skip + 1
     elif len(words) < 3:
         raise InvalidTerrain(f"{name} needs three numbers in each row, there are {len(words)}")
-    return _numbers(content, separator, skip, columns, name)
+    else:
+        columns = _columns_of_comment(lines[:comments], separator, len(words), name)
+    points = _numbers(content, separator, skip, columns, name)
+    if len(points) < stated:
+        raise InvalidTerrain(f"{name} is cut: it states {stated} points and holds {len(points)}")
+    return points
 
 
 def _columns(words: list[str], name: str) -> tuple[int, int, int]:
     """Which columns a heading calls x, y and z."""
-    plain = [re.sub(r"[\[(].*", "", word).strip().lower().lstrip("/#") for word in words]
+    plain = _plain(words)
     found = [plain.index(axis) if axis in plain else -1 for axis in "xyz"]
     if min(found) < 0:
         raise InvalidTerrain(f"{name} begins with {', '.join(words[:6])}: its heading needs columns x, y and z")
+    twice = [axis for axis in "xyz" if plain.count(axis) > 1]
+    if twice:
+        raise InvalidTerrain(f"the heading of {name} has {twice[0]} twice: {', '.join(words[:9])}; call each otherwise")
     return found[0], found[1], found[2]
+
+
+def _columns_of_comment(comments: list[str], separator: str | None, count: int, name: str) -> tuple[int, int, int]:
+    """Which columns a heading in the last comment calls so; the first three where it is no heading of so many."""
+    last = comments[-1].lstrip("#/% \t") if comments else ""
+    for words in (last.split(separator), last.split()):
+        plain = _plain(words)
+        if len(words) != count:
+            continue
+        if {"x", "y", "z"} <= {*plain}:
+            return _columns([word.strip() for word in words], name)
+        if {*plain[:3]} & _GLOBE:
+            raise InvalidTerrain(
+                f"{name} calls its first columns {', '.join(words[:3])}: reproject them to metres on a map, such as UTM"
+            )
+    return 0, 1, 2
+
+
+_GLOBE = {"lon", "long", "longitude", "lat", "latitude"}
+
+
+def _plain(words: list[str]) -> list[str]:
+    return [re.sub(r"[\[(].*", "", word).strip().strip('"').lower().lstrip("/#") for word in words]
 
 
 def _numbers(content: bytes, separator: str | None, skip: int, columns: tuple[int, ...], name: str) -> Array:
