@@ -122,11 +122,32 @@ def test_camera_info_as_echoed_from_a_topic(tmp_path):
         (info(shift=-50.0).replace("image_width: 640", "image_width: 960"), "different sizes"),
         (info(shift=-50.0).replace("image_width: 640", "image_width: wide"), "whole number"),
         ("%YAML:1.0\nK: !!opencv-matrix\n", "line 1"),
+        (info(shift=-50.0).replace("rows: 3", "rows: 9", 1), "says 9 rows and 3 columns; it has 3 and 3"),
+        (
+            info(shift=-50.0, distortion=(0.1, 0.2, 0.0, 0.0, 0.0)).replace("0.1, 0.2", "0.1,, 0.2"),
+            "between two commas",
+        ),
+        (info(shift=-50.0).replace("500.5,", "0500,"), "camera_matrix must be a list of numbers"),
     ],
 )
 def test_wrong_camera_info_is_refused(tmp_path, right, says):
     with pytest.raises(InvalidImages, match=says):
         read_camera_info(write(tmp_path, "left.yaml", info()), write(tmp_path, "right.yaml", right))
+
+
+@pytest.mark.parametrize(("at", "entry"), [(0, "fx"), (5, "fy"), (6, "cy")])
+def test_files_of_two_calibrations_are_no_pair(tmp_path, at, entry):
+    """A stereo calibration gives both rectified images one focal length and the same rows."""
+    right = info(shift=-96.0)
+    head, _, rest = right.partition("projection_matrix")
+    before, _, numbers = rest.partition("data: [")
+    values, _, after = numbers.partition("]")
+    words = values.split(",")
+    words[at] = f" {float(words[at]) + 5.0}"
+    other = f"{head}projection_matrix{before}data: [{','.join(words)}]{after}"
+    assert pair_of(tmp_path, right)
+    with pytest.raises(InvalidImages, match=f"right.yaml: projection_matrix has {entry} = .*files of two calibrations"):
+        pair_of(tmp_path, other)
 
 
 # --- what changes the meaning of other fields

@@ -569,3 +569,24 @@ def test_a_header_without_an_end_needs_little_more_memory_than_itself():
         assert tracemalloc.get_traced_memory()[1] < 0.5 * len(content)
     finally:
         tracemalloc.stop()
+
+
+@pytest.mark.parametrize(
+    ("arrays", "words"),
+    [
+        ({"units": "mm"}, "its array units would be passed over"),
+        ({"nodata": 0.0}, "its array nodata would be passed over"),
+        ({"mask": np.zeros((3, 3), bool)}, "its array mask would be passed over"),
+        ({"resolution": "0_5"}, "resolution is no number"),
+        ({"x0": True}, "x0 is no number"),
+    ],
+)
+def test_an_npz_has_nothing_that_would_be_passed_over(arrays, words):
+    def npz(**members: Any) -> bytes:
+        held = io.BytesIO()
+        np.savez(held, **{"heights": np.zeros((3, 3)), "resolution": 0.5, "x0": 0, "y0": 0, **members})
+        return held.getvalue()
+
+    assert decode_terrain(npz(remark=np.array(7)), "a.npz").heights.max() == 0.0
+    with pytest.raises(InvalidTerrain, match=words):
+        decode_terrain(npz(**arrays), "a.npz")

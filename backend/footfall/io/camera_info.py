@@ -65,6 +65,7 @@ def read_camera_info(
     T_left = np.array(LEVEL_FORWARD if T_base_camera is None else T_base_camera, float)
     one, other = _Info(left), _Info(right)
     name = name or left.stem
+    _require_one_calibration(one, other)
     # both rectified frames are parallel; the projection holds −f·B in its fourth column
     baseline = one.shift - other.shift
     if not baseline > 0:
@@ -77,6 +78,17 @@ def read_camera_info(
     R_left_right = one.rectification.T @ other.rectification
     T_left_right = transform(R_left_right, one.rectification.T @ [baseline, 0.0, 0.0])
     return PairCalibration(name, one.model(f"{name} left", T_left), other.model(f"{name} right", T_left @ T_left_right))
+
+
+def _require_one_calibration(one: "_Info", other: "_Info") -> None:
+    """Raise InvalidImages where the rectified images are not of one pair: its rows, and its focal length, are one."""
+    for entry, (row, column) in (("fx", (0, 0)), ("fy", (1, 1)), ("cy", (1, 2))):
+        ours, theirs = one.P[row, column], other.P[row, column]
+        if abs(ours - theirs) > 1e-4 * one.P[1, 1]:
+            raise InvalidImages(
+                f"{other.where}: projection_matrix has {entry} = {theirs:g}, that of {one.where} {ours:g}; those of a "
+                "stereo pair have the same: are the files of two calibrations?"
+            )
 
 
 class _Info:
@@ -100,7 +112,8 @@ class _Info:
         self.rectification = rotation_from(
             self._matrix(raw, (3, 3), *_SPELLINGS[4]), f"{self.where}: rectification_matrix"
         )
-        self.shift = self._shift(self._matrix(raw, (3, 4), *_SPELLINGS[5]))
+        self.P = self._matrix(raw, (3, 4), *_SPELLINGS[5])
+        self.shift = self._shift(self.P)
         self.offset, self.size, self.binning = self._taken(raw)
 
     def model(self, name: str, T_base_camera: NDArray[np.float64]) -> CameraModel:
@@ -190,7 +203,15 @@ class _Info:
         if isinstance(body, dict):
             only(body, ("rows", "cols", "data"), f"{self.where}, {names[0]}")
             data = body.get("data")
+            self._require_shape(body, shape, names[0])
         return numbers(data, shape, f"{self.where}: {names[0]}")
+
+    def _require_shape(self, body: Mapping[str, object], shape: tuple[int, int] | None, name: str) -> None:
+        said = (body.get("rows"), body.get("cols"))
+        if None not in said and shape is not None and said != shape:
+            raise InvalidImages(
+                f"{self.where}: {name} says {said[0]} rows and {said[1]} columns; it has {shape[0]} and {shape[1]}"
+            )
 
 
 def _one_message(path: Path) -> dict[str, object]:

@@ -10,7 +10,8 @@ import re
 from footfall.core.errors import InvalidInput
 
 _KEY = re.compile(r"""(?P<key>"[^"]*"|'[^']*'|[A-Za-z_][\w./ -]*?)\s*:(?:\s+(?P<rest>.*))?$""")
-_NUMBER = re.compile(r"[-+]?(\d+(\.\d*)?|\.\d+)([eE][-+]?\d+)?$", re.ASCII)
+# not 0500, which is 500 to some readers and octal to others
+_NUMBER = re.compile(r"[-+]?(?!0\d+$)(\d+(\.\d*)?|\.\d+)([eE][-+]?\d+)?$", re.ASCII)
 _SPECIAL = {"true": True, "false": False, "null": None, "~": None, ".nan": float("nan"), "nan": float("nan")}
 _INFINITE = re.compile(r"([-+]?)\.?inf$", re.IGNORECASE)
 _DEEPEST = 20
@@ -140,6 +141,7 @@ def _inline(text: str, line: _Line) -> object:
     if not text.startswith("["):
         return _scalar(text, line)
     stack: list[list[object]] = [[]]
+    before = "["
     for token in re.findall(r"\"[^\"]*\"|'[^']*'|[\[\],]|[^\[\],\s][^\[\],]*", text):
         if token == "[":
             if len(stack) > _DEEPEST:
@@ -152,6 +154,9 @@ def _inline(text: str, line: _Line) -> object:
             stack[-1].append(closed)
         elif token != ",":
             stack[-1].append(_scalar(token.strip(), line))
+        elif before in ("[", ","):
+            raise _refusal(line, "has nothing between two commas, or before the first")
+        before = token
     if len(stack) != 1 or len(stack[0]) != 1:
         raise _refusal(line, "is no list in brackets")
     return stack[0][0]

@@ -21,6 +21,8 @@ from footfall.terrain.from_arrays import check_cell_count, from_heights
 from footfall.terrain.ground.resample import square_cells
 
 _MEMORY = ("variance", "count", "time", "source")
+_MEANING = {"unit", "units", "scale", "offset", "nodata", "no_data", "fill_value", "mask", "crs", "transform"}
+"""Arrays that would change what heights mean; others, such as a name, change nothing."""
 _LONGEST_SOURCES = 1 << 16
 _ASC_NODATA = -9999.0
 _LONGEST_LINE = 1000
@@ -135,8 +137,14 @@ def read_npz(content: bytes, name: str) -> Dem:
         with zipfile.ZipFile(io.BytesIO(content)) as archive:
             check_npz_size(archive, name)
         with np.load(io.BytesIO(content), allow_pickle=False) as arrays:
+            unread = sorted(_MEANING & {one.lower() for one in arrays.files})
+            if unread:
+                raise Unreadable(
+                    f"its array {unread[0]} would be passed over; bring heights, resolution, x0 and y0 to metres, make "
+                    "unknown cells NaN, and leave it out"
+                )
             heights = arrays["heights"]
-            resolution, x0, y0 = (float(arrays[key][()]) for key in ("resolution", "x0", "y0"))
+            resolution, x0, y0 = (_plain_number(arrays[key], key) for key in ("resolution", "x0", "y0"))
             texture = arrays["texture"] if "texture" in arrays.files else None
             memory: dict[str, np.ndarray | tuple[str, ...]] = {}
             if all(key in arrays.files for key in (*_MEMORY, "sources")):
@@ -147,6 +155,12 @@ def read_npz(content: bytes, name: str) -> Dem:
             f"{name} can't be read: an npz terrain holds heights, resolution, x0 and y0 as plain numbers{_why(err)}"
         ) from err
     return replace(from_heights(heights, resolution, x0, y0, name, texture=texture), **memory)
+
+
+def _plain_number(array: np.ndarray, key: str) -> float:
+    if array.dtype.kind not in "fiu":
+        raise Unreadable(f"{key} is no number, but {array.dtype}")
+    return float(array[()])
 
 
 def _why(err: Exception) -> str:
