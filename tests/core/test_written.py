@@ -22,7 +22,9 @@ def test_nan_is_a_number():
     assert math.isnan(number_of("NaN") or 0.0)
 
 
-@pytest.mark.parametrize(("word", "meant"), [("0.66_5", "0.665"), ("１.5", "1.5"), ("1,5", "1.5")])
+@pytest.mark.parametrize(
+    ("word", "meant"), [("0.66_5", "0.665"), ("１.5", "1.5"), ("1,5", "1.5"), ("\u22120.5", "-0.5")]
+)
 def test_what_was_meant_is_told(word, meant):
     assert how_to_write(word).endswith(f": {meant}")
     assert how_to_write("soon") == ""

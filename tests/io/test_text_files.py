@@ -110,3 +110,10 @@ def test_calibrations_and_urdf_take_no_number_that_only_python_reads(word, tmp_p
     )
     with pytest.raises(FootFallError, match="3 numbers would be right"):
         read_urdf(urdf, [])
+
+
+def test_commands_that_are_no_number_or_in_other_columns_are_called_so():
+    with pytest.raises(InvalidSequence, match="row 1, hip must be a number, not NaN"):
+        decimal("NaN", "row 1, hip")
+    with pytest.raises(InvalidSequence, match="separated by commas; it begins with 'sequence;robot;row'"):
+        from_csv.decode(b"sequence;robot;row\na;athlete;1\n")

@@ -49,10 +49,12 @@ def number_of(word: str) -> float | None:
 
 def how_to_write(word: str) -> str:
     """What to put after "'1,5' is no number": how it would be written, as far as that is to tell; else ""."""
-    for meant, how in (
+    ways = (
         (word, "write it with the digits 0 to 9 and a point"),
         (word.replace(",", "."), "write a point"),
-    ):
+        (word.replace("\u2212", "-"), "write a hyphen for the minus"),
+    )
+    for meant, how in ways:
         try:
             return f"; {how}: {float(meant)!r}"
         except ValueError:

@@ -39,7 +39,10 @@ def lines_of(data: bytes, headers: Collection[tuple[str, ...]], allowed: str) ->
         where = f", at line {reader.line_num}" if reader.line_num else ": it is empty"
         raise InvalidSequence(f"it is no CSV with a header{where}") from error
     if tuple(header) not in headers:
-        raise InvalidSequence(f"its columns must be {allowed}", columns=header)
+        raise InvalidSequence(
+            f"its columns must be {allowed}, separated by commas; it begins with {', '.join(header)[:80]!r}",
+            columns=header,
+        )
     for number, row in enumerate(rows):
         if len(row) != len(header):
             raise InvalidSequence(f"line {number + 2} has {len(row)} fields, the header {len(header)}")

@@ -117,6 +117,8 @@ def number(item: object, where: str) -> float:
         found = float(item)
     except OverflowError:
         found = math.inf
+    if math.isnan(found):
+        raise InvalidSequence(f"{where} must be a number, not NaN")
     if not math.isfinite(found):
         raise InvalidSequence(f"{where} is too large for a number")
     return found
