@@ -13,6 +13,7 @@ from footfall.io.robot_files import read_description
 from footfall.io.terrain_files import decode_terrain
 from footfall.io.urdf.proposed import read_proposed
 from footfall.io.urdf.read import read_urdf
+from footfall.io.urdf.shapes import read_mesh
 
 ROWS = "0 0 {}\n1 0 0\n1 1 0\n0 1 0\n"
 FACETS = "facet normal 0 0 1\nouter loop\nvertex 0 0 {}\nvertex 1 0 0\nvertex 1 1 0\nendloop\nendfacet\n"
@@ -117,3 +118,11 @@ def test_commands_that_are_no_number_or_in_other_columns_are_called_so():
         decimal("NaN", "row 1, hip")
     with pytest.raises(InvalidSequence, match="separated by commas; it begins with 'sequence;robot;row'"):
         from_csv.decode(b"sequence;robot;row\na;athlete;1\n")
+
+
+def test_a_robot_s_mesh_loses_no_indented_face(tmp_path):
+    (tmp_path / "a.obj").write_text("v 0 0 0\nv 1 0 0\nv 1 1 0\nv 0 1 0\nf 1 2 3\n  f 1 3 4\n")
+    assert len(read_mesh(tmp_path / "a.obj", "a.obj").triangles) == 2
+    (tmp_path / "a.obj").write_text("v 0 0 0\nv 1 0\nv 1 1 0\nf 1 2 3\n")
+    with pytest.raises(FootFallError, match="line 2, 'v 1 0', is no vertex of three numbers"):
+        read_mesh(tmp_path / "a.obj", "a.obj")

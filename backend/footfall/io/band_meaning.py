@@ -43,7 +43,7 @@ def check_band_is_of_heights(source: DatasetReader, name: str) -> None:
     for about in own:
         if about and not _may_be_heights(about, sole=source.count == 1):
             raise InvalidTerrain(
-                f"{which} of {name} is called {about[:60]!r}; heights are needed, as the first band or the only one "
+                f"{which} of {name} is called {about[:60]!r}; heights must be the first band, or the only one "
                 "(gdal_translate -b 2 …); if these are heights, let its description say so"
             )
 

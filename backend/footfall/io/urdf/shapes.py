@@ -10,6 +10,8 @@ import trimesh
 
 from footfall.core.errors import InvalidRobot
 from footfall.core.mesh import Mesh
+from footfall.core.misread import Unreadable
+from footfall.io.mesh_text import plain_obj
 
 MAX_TRIANGLES = 1_000_000
 MAX_BYTES = 300_000_000
@@ -26,11 +28,13 @@ def read_mesh(path: Path, address: str) -> Mesh:
         raise InvalidRobot(f"{address} has more than {MAX_BYTES >> 20} MB; a simpler collision mesh would be right")
     content = path.read_bytes()
     try:
+        content = plain_obj(content) if ending == ".obj" else content
         vertices, triangles = _of_collada(path, content) if ending == ".dae" else _of_trimesh(content, ending)
     except InvalidRobot:
         raise
     except Exception as err:  # the parsers raise whatever they trip over
-        raise InvalidRobot(f"{address} can't be read as a mesh, it is cut or corrupt") from err
+        why = f": {err}" if isinstance(err, Unreadable) else ""
+        raise InvalidRobot(f"{address} can't be read as a mesh, it is cut or corrupt{why}") from err
     if not len(triangles):
         raise InvalidRobot(f"{address} has no triangles")
     if len(triangles) > MAX_TRIANGLES:
