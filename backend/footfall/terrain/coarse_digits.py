@@ -33,13 +33,14 @@ def require_fine_digits(points: Array, name: str, cell: float | None, unit: floa
     least = _FINEST if cell is None else cell / unit
     steps = [_step(points[:, axis] / unit, least, corners) for axis in (0, 1)]
     step = max(steps)
-    if step == 0.0 or _shared(points) <= _MOST_SHARED:
+    shared = _shared(points) if step else 0.0
+    if shared <= _MOST_SHARED:
         return
     axis = steps.index(step)
     far = float(np.abs(points[:, axis]).max()) / unit
     instead = f", or take cells of {step * unit:g} m (--resolution)" if cell is not None else ""
     raise InvalidTerrain(
-        f"{name} has all {'xy'[axis]} in steps of {step:g} at {far:z.0f} from the origin, and {_shared(points):.0%} of "
+        f"{name} has all {'xy'[axis]} in steps of {step:g} at {far:z.0f} from the origin, and {shared:.0%} of "
         "its points lie exactly over others: they were written with too few digits; export them with more (%.9g), or "
         f"about an origin near the ground{instead}",
         step=step * unit,
