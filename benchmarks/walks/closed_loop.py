@@ -26,12 +26,12 @@ from footfall.core.errors import FootFallError, InvalidInput
 from footfall.planning.walk.problem import WalkGoal, WalkSettings
 from footfall.planning.walk_execution.decision import WayOnSettings
 from footfall.sequence.commands import Sequence
+from footfall.sequence.moved_legs import moved_legs
 from footfall.session.jobs.local import InlineJobs
 from footfall.session.live import LiveSession
 from footfall.session.loop_settings import LoopSettings
 from footfall.session.registry import Sessions
 from footfall.sim.physics.physics_settings import TIME_STEP, PhysicsSettings
-from footfall.sim.physics.referee import moved_legs
 from footfall.sim.physics.rover import PhysicalRover
 from footfall.sim.physics.run_observer import RunObserver
 from footfall.sim.render import render_snapshot

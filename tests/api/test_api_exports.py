@@ -12,6 +12,7 @@ import pytest
 from mcap.reader import make_reader
 
 from footfall.io.exports import FORMATS, MEDIA, SUFFIXES, export
+from footfall.sequence.commands import Sequence
 from tests.support.problems import problem
 from tests.support.sequences import SAMPLES, recorded
 from tests.support.server import running_server
@@ -23,6 +24,16 @@ def client(tmp_path_factory):
     """A client of a server with the rock-step sample open; no rover."""
     with (
         running_server(tmp_path_factory.mktemp("sessions"), prepare=lambda s: s.open_sample("rock-step")) as running,
+        running.client() as made,
+    ):
+        yield made
+
+
+@pytest.fixture(scope="module")
+def held(tmp_path_factory):
+    """The same of the sample on fractal ground, whose commands hold the pose."""
+    with (
+        running_server(tmp_path_factory.mktemp("sessions"), prepare=lambda s: s.open_sample("fractal-step")) as running,
         running.client() as made,
     ):
         yield made
@@ -91,12 +102,25 @@ def undone(client, read: dict) -> dict:
     return answer.json()
 
 
-@pytest.mark.parametrize("format", ["json", "seqjson", "csv", "fprime", "yamcs", "ros2"])
+READ = ("json", "seqjson", "csv", "fprime", "yamcs", "ros2")
+
+
+@pytest.mark.parametrize("format", READ)
 def test_what_can_be_read_back_comes_back_checked(client, format):
-    sequence = recorded("rock-step")
+    require_read_back(client, recorded("rock-step"), format, as_commanded=True)
+
+
+@pytest.mark.parametrize("format", READ)
+def test_with_the_pose_held_it_does_too(held, format):
+    sequence = recorded("fractal-step")
+    assert sequence.at_rest is not None
+    require_read_back(held, sequence, format)
+
+
+def require_read_back(client, sequence: Sequence, format: str, as_commanded: bool = False) -> None:
     before = client.get("/sequences/current").json()
     sent = {"file": (f"step{SUFFIXES[format]}", export(sequence, format))}
-    answer = client.post("/sessions/current/sequences/import", files=sent)
+    answer = client.post("/sessions/current/sequences/import", files=sent, params={"as_commanded": as_commanded})
     assert answer.status_code == 201, answer.text
     read = answer.json()
     assert answer.headers["etag"] == f'"{read["digest"]}"'
@@ -111,15 +135,26 @@ def test_what_can_be_read_back_comes_back_checked(client, format):
 
 def test_a_changed_row_of_a_file_fails_its_rule_and_is_not_armed(client):
     before = client.get("/sequences/current").json()
-    header, *rows = export(recorded("rock-step"), "csv").decode().splitlines()
-    at = header.split(",").index("duration_s")
-    first = rows[0].split(",")
-    first[at] = "0.001"
-    content = "\r\n".join([header, ",".join(first), *rows[1:]]).encode()
-    read = client.post("/sessions/current/sequences/import", files={"file": ("step.csv", content)}).json()
+    header, *rows = (line.split(",") for line in export(recorded("rock-step"), "csv").decode().splitlines())
+    number, duration = header.index("row"), header.index("duration_s")
+    for line in rows:
+        line[duration] = "0.001" if line[number] == "1" else line[duration]
+    content = "\r\n".join(map(",".join, [header, *rows])).encode()
+    address, file = "/sessions/current/sequences/import", {"file": ("step.csv", content)}
+    read = client.post(address, files=file, params={"as_commanded": True}).json()
     assert read["valid"] is False
     assert {(one["row"], one["rule"]) for one in read["rules"] if not one["holds"]} == {(0, "speed")}
     assert client.get(f"/sequences/{read['digest']}/export", params={"format": "json"}).status_code == 422
+    assert undone(client, read) == before
+
+
+def test_of_a_rover_that_sags_planned_commands_are_judged_as_such_only_when_asked_for(client):
+    """The wheel would be off the ground later, and be dragged: the same rows, from where the rover stands."""
+    before = client.get("/sequences/current").json()
+    sent = {"file": ("step.csv", export(recorded("rock-step"), "csv"))}
+    read = client.post("/sessions/current/sequences/import", files=sent).json()
+    assert read["starts_from"] == "rover"
+    assert "no-drag" in {one["rule"] for one in read["rules"] if not one["holds"]}
     assert undone(client, read) == before
 
 

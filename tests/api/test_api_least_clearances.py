@@ -1,5 +1,6 @@
 """The least clearances of a run, told beside what came of it: as the schema says, and whoever asks when."""
 
+import pytest
 from jsonschema import Draft202012Validator
 
 from footfall.session.registry import Sessions
@@ -10,12 +11,14 @@ from tests.support.undeclared import undeclared
 from tests.support.waiting import until
 
 
-def rock_step(sessions: Sessions) -> None:
-    sessions.open_sample("rock-step")
+@pytest.mark.parametrize("name", ["rock-step", "fractal-step"])
+def test_they_are_told_with_the_run_as_the_schema_says(name, tmp_path):
+    """On fractal ground the pose is held: all joints move in the rows of the swing."""
 
+    def sample(sessions: Sessions) -> None:
+        sessions.open_sample(name)
 
-def test_they_are_told_with_the_run_as_the_schema_says(tmp_path):
-    with running_server(tmp_path, prepare=rock_step) as running, running.client() as client:
+    with running_server(tmp_path, prepare=sample) as running, running.client() as client:
         document = client.get("/openapi.json").json()
         (path,) = (one for one in document["paths"] if one.endswith("/sessions/{session}/run"))
         answers = document["paths"][path]["get"]["responses"]["200"]["content"]["application/json"]

@@ -36,6 +36,7 @@ def test_a_row_that_was_changed_into_a_collision_is_marked(console: Page, quiet:
     with path.open("w", newline="") as file:
         csv.writer(file).writerows([header, *rows])
 
+    console.locator("#as-commanded").check()  # as the sample's commands were made
     import_by_palette(console, path)
     last = len(before["commands"])
     row = console.locator("#commands tbody tr").nth(last - 1)

@@ -12,28 +12,27 @@ from hypothesis import strategies as st
 from footfall.cli.recorded import RecordedSession
 from footfall.core.errors import InvalidSequence, NotFound
 from footfall.io.exports import SUFFIXES, export
+from footfall.io.exports.as_fprime import HEADER
 from footfall.io.imports import LARGEST, MOST_COMMANDS, read_sequence, sequence_of
 from footfall.sequence.commands import Command
-from footfall.telemetry.state import RobotState
+from footfall.sequence.edit import Edit, apply_edit
 from footfall.terrain.dem import Dem
 from tests.support.sequences import SAMPLES, bits, four_kinds, require_same_commands, unchecked
 
 FORMATS = ("json", "csv", "seqjson", "fprime", "yamcs", "ros2")
+LOWERED = ["terrain-given", "speed"]
+"""Without ground a wheel that is lowered until it touches goes all the way, from where the next row is too short."""
 SILENT = ("csv", "yamcs")
 """Formats that don't say from where the commands start."""
 
 
 @pytest.fixture(scope="module")
 def step():
-    """A recorded step, its terrain, and the state that it starts from."""
-    session = RecordedSession(SAMPLES / "rock-step")
+    """A recorded step with the pose held, its terrain, and the rest that it starts from."""
+    session = RecordedSession(SAMPLES / "fractal-step")
     sequence = session.sequence()
     dem = session.get(sequence.provenance.parents["dem"], Dem, "terrain")
-    count = len(sequence.start)
-    state = RobotState(
-        "athlete", 0.0, sequence.start, sequence.T_site_base, np.zeros((count // 6, 3)), np.zeros(count), "idle"
-    )
-    return sequence, dem, state
+    return sequence, dem, sequence.at_rest
 
 
 def written(folder: Path, sequence, format: str) -> Path:
@@ -44,17 +43,21 @@ def written(folder: Path, sequence, format: str) -> Path:
 
 @pytest.mark.parametrize("format", FORMATS)
 def test_the_rules_are_asked_anew(format, step, athlete, tmp_path):
-    sequence, dem, state = step
+    sequence, dem, rest = step
     settings = sequence.provenance.settings
     path = written(tmp_path, sequence, format)
-    found = read_sequence(path, athlete, dem, state if format in SILENT else None, settings)
+    found = read_sequence(path, athlete, dem, rest if format in SILENT else None, settings)
     assert found.valid
     require_same_commands(found.commands, sequence.commands)
     assert bits(found.predicted.ravel()) == bits(sequence.predicted.ravel())
     ours, theirs = ([(one.row, one.rule, one.holds) for one in s.rules] for s in (found, sequence))
     assert sorted(ours) == sorted(theirs)
     assert found.provenance.parents.keys() - {"state"} == {"file", "robot", "dem"}
-    assert found.provenance.parents.get("state") == (state.digest if format in SILENT else None)
+    assert found.provenance.parents.get("state") == (rest.state.digest if format in SILENT else None)
+    assert found.at_rest is not None
+    assert found.commanded is not None
+    assert found.at_rest.digest == rest.digest
+    assert bits(found.commanded.ravel()) == bits(sequence.commanded.ravel())
 
 
 def test_a_broken_command_is_read_and_fails_its_rule(step, athlete, tmp_path):
@@ -71,9 +74,61 @@ def test_a_broken_command_is_read_and_fails_its_rule(step, athlete, tmp_path):
         export(found, "json")
 
 
-def test_without_a_terrain_nothing_that_moves_is_valid(step, athlete, tmp_path):
-    found = read_sequence(written(tmp_path, step[0], "json"), athlete)
-    assert [one.rule for one in found.failures] == ["terrain-given"]
+def test_from_a_state_alone_commands_are_those_of_a_rigid_rover(step, athlete, tmp_path):
+    """Set points that press wheels down would drag them then: that is told, not guessed away."""
+    sequence, dem, rest = step
+    found = read_sequence(written(tmp_path, sequence, "csv"), athlete, dem, rest.state)
+    assert found.at_rest is None
+    assert "no-drag" in {one.rule for one in found.failures}
+
+
+def test_a_rest_is_edited_as_what_was_exported(step, athlete, tmp_path):
+    sequence, dem, _ = step
+    found = read_sequence(written(tmp_path, sequence, "json"), athlete, dem, None, sequence.provenance.settings)
+    slower = Edit("duration", 2, number=sequence.commands[2].duration + 1.0)
+    ours, theirs = (apply_edit(athlete, one, slower, dem) for one in (sequence, found))
+    assert bits(ours.predicted.ravel()) == bits(theirs.predicted.ravel())
+    assert ours.valid
+    assert theirs.valid
+
+
+BAD_REST = {
+    "a foot too few": (lambda rest: rest["wheel_forces"].pop(), "wheel_forces needs 6 × 3 finite numbers"),
+    "two numbers of a force": (lambda rest: rest["wheel_forces"][2].pop(), "must have three numbers for each leg"),
+    "a set point too few": (lambda rest: rest["set_points"].pop(), "set_points needs as many finite angles"),
+    "no torques": (lambda rest: rest.pop("joint_torques"), "lacks 'joint_torques'"),
+    "more than is known": (lambda rest: rest.update(springs=[]), "has 'springs', which FootFall doesn't know"),
+    "a huge force": (
+        lambda rest: rest["wheel_forces"][0].__setitem__(2, 1e300),
+        r"1e\+300 N on a wheel; the whole rover weighs 8339 N",
+    ),
+    "degrees": (lambda rest: rest["set_points"].__setitem__(4, 90.0), "a set point of 90 rad: were these degrees"),
+    "two feet": (
+        lambda rest: rest.update(wheel_forces=[[0, 0, 1000.0]] * 2 + [[0, 0, 0]] * 4),
+        "three legs must be pressed on the ground for the rover to stand; here: 0, 1",
+    ),
+}
+
+
+@pytest.mark.parametrize(("change", "message"), BAD_REST.values(), ids=BAD_REST)
+@pytest.mark.parametrize("format", ["json", "seqjson", "fprime"])
+def test_a_rest_that_no_rover_has_is_refused(change, message, format, step, athlete, tmp_path):
+    sequence, dem, _ = step
+    text = written(tmp_path, sequence, format).read_text()
+    before = text if format != "fprime" else next(line for line in text.split("\n") if line.startswith(HEADER))
+    document = json.loads(before.removeprefix(HEADER))
+    holder = document["metadata"] if format == "seqjson" else document
+    change(holder["at_rest"])
+    after = HEADER + json.dumps(document) if format == "fprime" else json.dumps(document)
+    name = f"step{SUFFIXES[format]}"
+    with pytest.raises(InvalidSequence, match=message):
+        sequence_of(name, text.replace(before, after).encode(), athlete, dem)
+
+
+@pytest.mark.parametrize(("name", "broken"), [("rock-step", ["terrain-given"]), ("fractal-step", LOWERED)])
+def test_without_a_terrain_nothing_that_moves_is_valid(name, broken, athlete, tmp_path):
+    found = read_sequence(written(tmp_path, RecordedSession(SAMPLES / name).sequence(), "json"), athlete)
+    assert [one.rule for one in found.failures] == broken
 
 
 def test_what_cannot_be_used_is_named(step, athlete, tmp_path):

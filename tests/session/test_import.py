@@ -41,7 +41,7 @@ def refused(live) -> str:
 @pytest.mark.parametrize("format", READABLE)
 def test_what_was_exported_comes_back_checked_and_is_sent(live, made, standing, format):
     file = exported(live, format)
-    digest = live.sequences.import_file(*file)
+    digest = live.sequences.import_file(*file, as_commanded=True)
     found = live.get(digest)
     assert live.state.sequence == digest != made.digest
     assert found.valid

@@ -7,6 +7,7 @@ import numpy as np
 from footfall.core.frames import apply
 from footfall.robot.kinematics import wheel_centers
 from footfall.sequence.commands import Sequence
+from footfall.sequence.moved_legs import moved_legs
 from footfall.session.live import LiveSession
 from footfall.telemetry.state import RobotState, TelemetryFrame
 
@@ -24,8 +25,10 @@ class Swinging:
         sequence = live.typed(Sequence, self._digest)
         self.phases = [one.phase for one in sequence.commands]
         self.row = self.phases.index("swing")
-        self.leg = sequence.commands[self.row].leg
-        self._set_points = sequence.predicted[self.row]
+        leg = moved_legs(sequence)[self.row]
+        assert leg is not None
+        self.leg = leg
+        self._set_points = (sequence.predicted if sequence.commanded is None else sequence.commanded)[self.row]
         forces = np.tile((0.0, 0.0, BORNE), (len(live.description.legs), 1))
         forces[self.leg] = 0.0
         self._state = replace(

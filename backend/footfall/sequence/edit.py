@@ -13,14 +13,15 @@ from footfall.core.errors import InvalidSequence
 from footfall.core.value import Provenance, Value, value
 from footfall.robot.legged.legged_robot import LeggedRobot
 from footfall.robot.model import Robot
-from footfall.sequence.commands import LEG_JOINTS, AtRest, Command, RuleResult, Sequence
+from footfall.sequence.commands import LEG_JOINTS, Command, RuleResult, Sequence
 from footfall.sequence.drum import on_tether
+from footfall.sequence.from_rest import sequence_at_rest
 from footfall.sequence.motion import MOTION_RULES
 from footfall.sequence.of_legged import legged_sequence
 from footfall.sequence.passage import passages, poses, postures
 from footfall.sequence.rules import TERRAIN_GIVEN, check_rules
 from footfall.sequence.sequence_settings import SequenceSettings
-from footfall.sequence.yielding import follow, require_terrain
+from footfall.sequence.yielding import require_terrain
 from footfall.telemetry.command_kinds import WAIT
 from footfall.terrain.dem import Dem
 
@@ -105,7 +106,7 @@ def apply_edit(
         before = None if sequence.at_rest is None else sequence.at_rest.set_points
         return legged_sequence(robot, commands, start, T, ground, settings, parents, before)
     if sequence.at_rest is not None:
-        return _yielding(robot, sequence, sequence.at_rest, commands, require_terrain(dem), settings, parents)
+        return sequence_at_rest(robot, sequence.at_rest, commands, require_terrain(dem), settings, parents)
     rules = check_rules(robot, commands, sequence.start, sequence.T_site_base, dem, settings)
     way = passages(robot, sequence.start, sequence.T_site_base, commands, dem)
     if dem is None:
@@ -121,30 +122,6 @@ def apply_edit(
         Ts_site_base=poses(way),
     )
     return on_tether(made, sequence.tether)
-
-
-def _yielding(
-    robot: Robot,
-    sequence: Sequence,
-    at_rest: AtRest,
-    commands: tuple[Command, ...],
-    dem: Dem,
-    settings: SequenceSettings,
-    parents: dict[str, str],
-) -> Sequence:
-    """The sequence with other commands, predicted from the same rest."""
-    start, T_site_base = sequence.start, sequence.T_site_base
-    way = follow(robot, at_rest, commands, dem, settings)
-    set_points = np.vstack([at_rest.set_points, way.commanded])
-    return replace(
-        sequence,
-        commands=commands,
-        predicted=way.postures,
-        rules=check_rules(robot, commands, start, T_site_base, dem, settings, set_points, way),
-        provenance=Provenance(parents, settings),
-        Ts_site_base=way.Ts_site_base,
-        commanded=way.commanded,
-    )
 
 
 def _unchecked(sequence: Sequence, edit: Edit, commands: tuple[Command, ...]) -> list[RuleResult]:

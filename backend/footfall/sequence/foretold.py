@@ -28,6 +28,7 @@ from footfall.planning.execution.seen_clearance import NORMAL_95, height_deviati
 from footfall.robot.kinematics import wheel_centers, wheel_jacobian
 from footfall.robot.model import Robot
 from footfall.sequence.commands import Command, Sequence
+from footfall.sequence.moved_legs import moved_legs
 from footfall.sequence.outcome import Foretold, Outcome, compare, seen_at_rest
 from footfall.sequence.sequence_settings import SequenceSettings
 from footfall.sequence.yielding import follow
@@ -213,9 +214,9 @@ def _rest_after(robot: Robot, dem: Dem, sequence: Sequence, rows: int, softer: f
 
 
 def _stepped(robot: Robot, sequence: Sequence, hubs: Array, rows: int) -> tuple[int, ...]:
-    """The legs that are moved alone, and stand elsewhere in the end than they did."""
+    """The legs that stepped, and stand elsewhere in the end than they did."""
     before = apply(sequence.T_site_base, wheel_centers(robot, sequence.start))
-    moved = {command.leg for command in sequence.commands[:rows] if command.leg is not None}
+    moved = {leg for leg in moved_legs(sequence)[:rows] if leg is not None}
     apart = np.linalg.norm(hubs - before, axis=1)
     return tuple(leg for leg in sorted(moved) if apart[leg] > ELSEWHERE)
 

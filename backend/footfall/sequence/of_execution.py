@@ -14,9 +14,9 @@ from footfall.planning.execution.problem import BodyExecution, Execution, Predic
 from footfall.planning.walk_execution.problem import FootMoveExecution, WalkExecution
 from footfall.robot.model import Robot
 from footfall.sequence.commands import AtRest, Command, Sequence, leg_lower, leg_move, posture_move, wait
+from footfall.sequence.from_rest import sequence_at_rest
 from footfall.sequence.rules import check_rules
 from footfall.sequence.sequence_settings import SequenceSettings
-from footfall.sequence.yielding import follow
 from footfall.telemetry.state import RobotState
 from footfall.terrain.dem import Dem
 
@@ -51,25 +51,20 @@ def sequence_of_execution(
     commands = tuple(row.command for row in rows)
     at_rest = _at_rest(parts[0], robot, settings)
     parents = {"execution": execution.digest, "robot": robot.digest}
-    predicted = np.array([row.part.predicted[row.at] for row in rows])
-    poses = np.array([row.part.Ts_site_base[row.at] for row in rows])
-    commanded, yielding = np.array([row.part.commanded[row.at] for row in rows]), None
     if dem is not None:
-        parents["dem"] = dem.digest
-        yielding = follow(robot, at_rest, commands, dem, settings)
-        predicted, poses, commanded = yielding.postures, yielding.Ts_site_base, yielding.commanded
+        return sequence_at_rest(robot, at_rest, commands, dem, settings, parents | {"dem": dem.digest})
+    commanded = np.array([row.part.commanded[row.at] for row in rows])
     start, T_site_base = at_rest.state.posture, at_rest.state.T_site_base
+    set_points = np.vstack([at_rest.set_points, commanded])
     return Sequence(
         robot=robot.name,
         commands=commands,
         start=start,
-        predicted=predicted,
+        predicted=np.array([row.part.predicted[row.at] for row in rows]),
         T_site_base=T_site_base,
-        rules=check_rules(
-            robot, commands, start, T_site_base, dem, settings, np.vstack([at_rest.set_points, commanded]), yielding
-        ),
+        rules=check_rules(robot, commands, start, T_site_base, None, settings, set_points),
         provenance=Provenance(parents, settings),
-        Ts_site_base=poses,
+        Ts_site_base=np.array([row.part.Ts_site_base[row.at] for row in rows]),
         at_rest=at_rest,
         commanded=commanded,
     )

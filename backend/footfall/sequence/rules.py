@@ -91,14 +91,8 @@ def check_rules(
     Raises:
         InvalidSequence: the start doesn't fit the robot.
     """
+    require_start(robot, start, T_site_base)
     n = 6 * robot.leg_count
-    if start.shape != (n,) or not np.isfinite(start).all():
-        raise InvalidSequence(f"the start posture needs {n} finite joint angles [rad]", shape=list(start.shape))
-    if (farthest := float(np.abs(start).max())) > FARTHEST:
-        raise InvalidSequence(f"the start posture has an angle of {farthest:z.6g} rad: were these degrees?")
-    require_transform(T_site_base, "T_site_base")
-    if (off := float(np.abs(T_site_base[:3, 3]).max())) > FARTHEST_OFF:
-        raise InvalidSequence(f"T_site_base lies {off:z.6g} m from the site's origin, {FARTHEST_OFF:z.0e} m at most")
     results = [RuleResult("not-empty", -1, bool(commands), np.nan, "", f"{len(commands)} commands")]
     if set_points is None:
         reached = (
@@ -114,6 +108,27 @@ def check_rules(
     elif dem is not None:
         results += check_motion(robot, commands, start, T_site_base, dem, settings or SequenceSettings())
     return tuple(sorted(results, key=lambda result: result.row))
+
+
+def require_start(robot: Robot, start: Array, T_site_base: Array) -> None:
+    """Refuse a start that no commands of the robot can have.
+
+    Args:
+        robot: the rover.
+        start: posture, (legs × 6,) [rad].
+        T_site_base: pose of the chassis, (4, 4).
+
+    Raises:
+        InvalidSequence: another shape, no number, an angle that no joint has, or no pose.
+    """
+    n = 6 * robot.leg_count
+    if start.shape != (n,) or not np.isfinite(start).all():
+        raise InvalidSequence(f"the start posture needs {n} finite joint angles [rad]", shape=list(start.shape))
+    if (farthest := float(np.abs(start).max())) > FARTHEST:
+        raise InvalidSequence(f"the start posture has an angle of {farthest:z.6g} rad: were these degrees?")
+    require_transform(T_site_base, "T_site_base")
+    if (off := float(np.abs(T_site_base[:3, 3]).max())) > FARTHEST_OFF:
+        raise InvalidSequence(f"T_site_base lies {off:z.6g} m from the site's origin, {FARTHEST_OFF:z.0e} m at most")
 
 
 def _row_rules(robot: Robot, row: int, command: Command, before: Array) -> Iterator[RuleResult]:

@@ -9,6 +9,7 @@ from concurrent.futures import ThreadPoolExecutor
 from contextlib import suppress
 from dataclasses import dataclass, field
 
+from footfall.sequence.moved_legs import moved_legs
 from footfall.session.answers.commands import LeastClearancesAnswer
 from footfall.session.core import SessionCore
 from footfall.session.log.fold import SessionState
@@ -99,5 +100,6 @@ class LeastClearances:
     def _swung(self, state: SessionState) -> int | None:
         """The leg that the row on its way swings; None where it does anything else."""
         row, sequence = row_on_its_way(state), sequence_of_run(self._core, state)
-        command = None if row is None or sequence is None else sequence.commands[row]
-        return command.leg if command is not None and command.phase == "swing" else None
+        if row is None or sequence is None or sequence.commands[row].phase != "swing":
+            return None
+        return moved_legs(sequence)[row]

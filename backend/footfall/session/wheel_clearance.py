@@ -11,6 +11,7 @@ import numpy as np
 from footfall.planning.compliance.compliance_settings import ComplianceSettings
 from footfall.planning.execution.problem import Execution, ExecutionResult
 from footfall.sequence.commands import Sequence
+from footfall.sequence.moved_legs import moved_legs
 from footfall.sequence.sequence_settings import SequenceSettings
 from footfall.session.answers.commands import MeasuredAnswer, WheelAnswer
 from footfall.session.core import SessionCore
@@ -110,7 +111,7 @@ def clearances_by(live: SessionCore, state: SessionState, frame: TelemetryFrame)
     flying = [leg for leg in live.robot.legs if leg not in standing]
     row, sequence = row_on_its_way(state), sequence_of_run(live, state)
     if not stands.wheel_forces.any() and sequence is not None and row is not None:
-        moved = sequence.commands[row].leg
+        moved = moved_legs(sequence)[row]
         flying = [] if moved is None else [moved]
     return WheelClearances(
         stands.time,

@@ -83,7 +83,7 @@ const importFile = () => attempt(async () => {
   const form = new FormData();
   form.append("file", file);
   try {
-    await post("/sessions/current/sequences/import", form, once());
+    await post(`/sessions/current/sequences/import?as_commanded=${$("as-commanded").checked}`, form, once());
   } finally {
     $("import-file").value = ""; // the same file, mended, is a change again
   }

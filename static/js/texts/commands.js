@@ -100,11 +100,11 @@ export const choiceTold = ({ kind, leg, by }) => `${CHOICES[kind]}${leg === null
 
 export const title = "{} Commands";
 export const commandedAsPlanned = "{} as commanded";
-export const aboutCommanded = "For experts: the plan is commanded as it is, whether or not the rover sags";
+export const aboutCommanded = "For experts: the plan is commanded as it is, whether or not the rover sags; so are files read that don't say where they start";
 export const redoIt = "Redo";
 export const wait = "Insert wait";
 export const otherPlan = "These commands belong to another plan than the latest: make commands again, or choose their plan.";
-export const startUnknown = "The file of these commands doesn't say where they start: they are checked from where the rover stood when the file was read.";
+export const startUnknown = "The file of these commands doesn't say where they start: they are checked from where the rover stood when the file was read, sagging as it is known to. Tick *as commanded* before you read a file that was made so.";
 export const list = "Command list";
 export const command = "Command";
 export const phase = "Phase";

@@ -59,15 +59,20 @@ def make(live: OneSession, order: NewSequence, response: Response) -> SequenceAn
     status_code=201,
     openapi_extra=multipart_doc({"file": "JSON, SeqJSON, CSV, F Prime text (.seq), Yamcs stack (.ycs) or MCAP"}, {}),
 )
-async def read_in(live: OneSession, request: Request, response: Response) -> SequenceAnswer:
+async def read_in(
+    live: OneSession,
+    request: Request,
+    response: Response,
+    as_commanded: Annotated[bool, Query(description="made as planned: no sag is predicted")] = False,
+) -> SequenceAnswer:
     """Commands from a file, every rule checked anew. They take the place of those before; undo brings these back.
 
     A file that doesn't say from where its commands start is taken to start where the rover stands, or is looked at in a
-    what-if: `starts_from`.
+    what-if: `starts_from`. There the rover sags as it is known to, unless the commands are `as_commanded`.
     """
     async with form_of(request, ("file",)) as form:
         name, content = await file_of(form, "file")
-    await run_in_threadpool(live.sequences.import_file, name, content)
+    await run_in_threadpool(live.sequences.import_file, name, content, as_commanded=as_commanded)
     lineage = head_of(live)
     response.headers["Location"] = f"{BASE}/sequences/{lineage.id}"
     return sequence_body(lineage, lineage.head, response)

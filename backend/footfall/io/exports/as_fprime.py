@@ -9,7 +9,7 @@ import json
 from footfall.core.errors import InvalidSequence
 from footfall.core.json_object import JsonObject
 from footfall.core.value import SOFTWARE_VERSION
-from footfall.io.exports.as_json import described
+from footfall.io.exports.as_json import at_rest, described
 from footfall.sequence.commands import LEG_JOINTS, Command, Sequence
 from footfall.telemetry.command_kinds import ALL_ANGLES, KINDS, LEG, LEG_ANGLES, Argument, CommandKind
 
@@ -33,6 +33,7 @@ def encode(sequence: Sequence, first_row: int = 1) -> bytes:
         "software": sequence.provenance.software,
         "start": sequence.start.tolist(),
         "T_site_base": sequence.T_site_base.tolist(),
+        **at_rest(sequence),
     }
     lines = [
         "; FootFall: compile with  fprime-seqgen --dictionary <its dictionary> <this file>",

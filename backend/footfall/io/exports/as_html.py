@@ -9,7 +9,7 @@ import math
 
 import numpy as np
 
-from footfall.io.exports.sheet_drawing import heading, moving_legs, side_view, top_view
+from footfall.io.exports.sheet_drawing import heading, side_view, top_view, wheel_paths
 from footfall.io.robot_files import load_robot, robot_names
 from footfall.robot.model import Robot
 from footfall.sequence.commands import LEG_JOINTS, Command, Sequence, by_leg
@@ -104,7 +104,7 @@ def _pictures(sequence: Sequence, robot: Robot | None) -> str:
             "From above: the site's x to the right, y up. Grey: start; black: end; blue: paths of wheel centres.",
         )
     ]
-    for leg in moving_legs(sequence):
+    for leg in wheel_paths(robot, sequence):
         drawn.append(
             (
                 side_view(robot, sequence, leg),

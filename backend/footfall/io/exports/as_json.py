@@ -24,6 +24,7 @@ def encode(sequence: Sequence, first_row: int = 1) -> bytes:
         "parents": dict(sequence.provenance.parents),
         "T_site_base": sequence.T_site_base.tolist(),
         "start": sequence.start.tolist(),
+        **at_rest(sequence),
         "duration": sequence.duration,
         "commands": [
             command_object(first_row + i, command) | _predicted(sequence, i)
@@ -41,6 +42,19 @@ def described(sequence: Sequence) -> JsonObject:
         return {}
     legs = [{"name": name, "joints": list(own)} for name, own in zip(layout.legs, layout.joints, strict=True)]
     return {"layout": {"legs": legs, "sliding": list(layout.sliding)}}
+
+
+def at_rest(sequence: Sequence) -> JsonObject:
+    """How a rover that sags stood: set points and efforts of its joints, forces on its feet [rad or m, N·m or N]."""
+    rest = sequence.at_rest
+    if rest is None:
+        return {}
+    members = {
+        "set_points": rest.set_points.tolist(),
+        "joint_torques": rest.state.joint_torques.tolist(),
+        "wheel_forces": rest.state.wheel_forces.tolist(),
+    }
+    return {"at_rest": members}
 
 
 def command_object(row: int, command: Command) -> JsonObject:

@@ -7,7 +7,7 @@ is done. A tagged time would have to round the durations, which travel as argume
 import json
 
 from footfall.core.json_object import JsonObject
-from footfall.io.exports.as_json import described
+from footfall.io.exports.as_json import at_rest, described
 from footfall.sequence.commands import LEG_JOINTS, Command, Sequence
 from footfall.telemetry.command_kinds import ALL_ANGLES, LEG_ANGLES, CommandKind
 from footfall.telemetry.joint_layout import JointLayout
@@ -34,6 +34,7 @@ def encode(sequence: Sequence, first_row: int = 1) -> bytes:
             "units": {"angle": "rad", "duration": "s", "length": "m"} | _newtons(sequence),
             "start": sequence.start.tolist(),
             "T_site_base": sequence.T_site_base.tolist(),
+            **at_rest(sequence),
             "final": sequence.predicted[-1].tolist(),
             **_final_pose(sequence),
         },

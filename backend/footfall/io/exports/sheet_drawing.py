@@ -11,6 +11,7 @@ from footfall.robot.description import link_name
 from footfall.robot.kinematics import leg_link_poses, wheel_centers
 from footfall.robot.model import Robot
 from footfall.sequence.commands import Sequence
+from footfall.sequence.moved_legs import moved_legs
 
 WIDTH, HEIGHT, EDGE = 88.0, 72.0, 6.0
 """Of a picture, and its empty edge [mm]."""
@@ -65,22 +66,18 @@ class Picture:
         )
 
 
-def moving_legs(sequence: Sequence) -> list[int]:
-    """Legs that a command moves by themselves, in order of first moving."""
-    return list(dict.fromkeys(one.leg for one in sequence.commands if one.kind.names_leg and one.leg is not None))
-
-
 def wheel_paths(robot: Robot, sequence: Sequence) -> dict[int, Array]:
-    """Wheel centres of each moved leg through its own commands, leg → (n, 3) site [m]."""
-    paths: dict[int, list[Array]] = {leg: [] for leg in moving_legs(sequence)}
+    """Wheel centres of each leg that steps, in order of first moving, through its own rows: leg → (n, 3) site [m]."""
+    paths: dict[int, list[Array]] = {}
     before, T = sequence.start, sequence.T_site_base
-    for row, command in enumerate(sequence.commands):
-        after = sequence.predicted[row]
-        if command.kind.names_leg and command.leg is not None:
+    for row, leg in enumerate(moved_legs(sequence)):
+        after, T_after = sequence.predicted[row], sequence.poses[row]
+        if leg is not None:
+            path = paths.setdefault(leg, [])
             for share in np.linspace(0.0, 1.0, _SAMPLES):
-                center = wheel_centers(robot, before + share * (after - before))[command.leg]
-                paths[command.leg].append(apply(T, center))
-        before, T = after, sequence.poses[row]
+                center = wheel_centers(robot, before + share * (after - before))[leg]
+                path.append((1.0 - share) * apply(T, center) + share * apply(T_after, center))
+        before, T = after, T_after
     return {leg: np.array(points) for leg, points in paths.items()}
 
 

@@ -6,6 +6,9 @@ from collections.abc import Callable
 from functools import partial
 from pathlib import Path
 
+import numpy as np
+
+from footfall.balance.balance_settings import GRAVITY
 from footfall.core.arrays import Array
 from footfall.core.errors import InvalidInput, InvalidSequence, NotFound
 from footfall.core.value import Provenance, digest
@@ -16,10 +19,12 @@ from footfall.planning.legged.measured import set_points_told
 from footfall.planning.legged.problem import LeggedState
 from footfall.robot.legged.legged_robot import LeggedRobot
 from footfall.robot.model import Robot
-from footfall.sequence.commands import RuleResult, Sequence
+from footfall.sequence.commands import AtRest, Command, RuleResult, Sequence
+from footfall.sequence.from_rest import sequence_at_rest
 from footfall.sequence.of_legged import legged_sequence
 from footfall.sequence.passage import passages, poses, postures
-from footfall.sequence.rules import TERRAIN_GIVEN, check_rules
+from footfall.sequence.predict import FARTHEST, predict
+from footfall.sequence.rules import TERRAIN_GIVEN, check_rules, require_start
 from footfall.sequence.sequence_settings import COARSEST, SequenceSettings
 from footfall.telemetry.state import RobotState
 from footfall.terrain.dem import Dem
@@ -29,6 +34,8 @@ LARGEST = 16 * 2**20
 
 MOST_COMMANDS = 2000
 """A step has some twenty; the rules of each take milliseconds."""
+MOST_WEIGHTS = 10.0
+"""No wheel of a rover at rest is pressed down with so many times its weight."""
 MOST_OF_DESCRIBED = 20_000
 """A walk of 3 m of a robot that others described has some thousands: its feet go in small steps."""
 
@@ -37,7 +44,7 @@ def read_sequence(
     path: str | os.PathLike[str],
     robot: Robot | LeggedRobot | None = None,
     dem: Dem | None = None,
-    state: RobotState | LeggedState | None = None,
+    state: RobotState | LeggedState | AtRest | None = None,
     settings: SequenceSettings | None = None,
 ) -> Sequence:
     """Read commands from a file and check every rule.
@@ -51,7 +58,9 @@ def read_sequence(
             others described must be given.
         dem: the ground, in site; without it what the motion hits isn't checked, and the rule terrain-given fails where
             anything moves. A robot that others described needs it.
-        state: from where the commands start, instead of what the file says; CSV and Yamcs stacks don't say.
+        state: from where the commands start, instead of what the file says; CSV and Yamcs stacks don't say. An AtRest
+            has the set points, too, and the motion is predicted as the rover sags; from a RobotState it is a rigid
+            ATHLETE's.
         settings: with what the rules are checked; None: as delivered.
 
     Returns:
@@ -73,9 +82,9 @@ def sequence_of(
     data: bytes,
     robot: Robot | LeggedRobot | None = None,
     dem: Dem | None = None,
-    state: RobotState | LeggedState | None = None,
+    state: RobotState | LeggedState | AtRest | None = None,
     settings: SequenceSettings | None = None,
-    otherwise: RobotState | LeggedState | None = None,
+    otherwise: RobotState | LeggedState | AtRest | None = None,
 ) -> Sequence:
     """As :func:`read_sequence`, from the content of a file of that name.
 
@@ -153,10 +162,12 @@ def _checked(
     file: str,
     robot: Robot | LeggedRobot | None,
     dem: Dem | None,
-    state: RobotState | LeggedState | None,
+    given: RobotState | LeggedState | AtRest | None,
     settings: SequenceSettings | None,
 ) -> Sequence:
     robot = _robot_of(parsed, robot)
+    at_rest = parsed.at_rest if given is None else given if isinstance(given, AtRest) else None
+    state = given.state if isinstance(given, AtRest) else given
     start, T_site_base = parsed.start, parsed.T_site_base
     if state is not None:
         start = state.q if isinstance(state, LeggedState) else state.posture
@@ -164,29 +175,52 @@ def _checked(
     if start is None or T_site_base is None:
         raise InvalidSequence("it doesn't say from where the commands start; give state=")
     parents = {"file": file, "robot": robot.digest} | ({} if state is None else {"state": state.digest})
+    if dem is not None:
+        parents["dem"] = dem.digest
     if isinstance(robot, LeggedRobot):
         if dem is None:
             raise InvalidSequence(f"commands for {robot.name} need the terrain: its feet say where the chassis goes")
         settings = settings or SequenceSettings(sample=COARSEST)
-        parents["dem"] = dem.digest
-        return legged_sequence(
-            robot, parsed.commands, start, T_site_base, dem, settings, parents, _set_points(robot, state)
-        )
+        set_points = _set_points(robot, state) if at_rest is None else at_rest.set_points
+        return legged_sequence(robot, parsed.commands, start, T_site_base, dem, settings, parents, set_points)
     settings = settings or SequenceSettings()
-    rules = check_rules(robot, parsed.commands, start, T_site_base, dem, settings)
-    if dem is not None:
-        parents["dem"] = dem.digest
-    elif any(one.joints is not None for one in parsed.commands):
+    if at_rest is not None:
+        require_start(robot, start, T_site_base)
+        _require_rest(robot, at_rest)
+        if dem is not None:
+            return sequence_at_rest(robot, at_rest, parsed.commands, dem, settings, parents)
+    set_points = None if at_rest is None else _reached(at_rest.set_points, parsed.commands)
+    rules = check_rules(robot, parsed.commands, start, T_site_base, dem, settings, set_points)
+    if dem is None and any(one.joints is not None for one in parsed.commands):
         text = "what the motion hits was not checked: give the terrain"
         rules = (RuleResult(TERRAIN_GIVEN, -1, False, float("nan"), "", text), *rules)
-    way = passages(robot, start, T_site_base, parsed.commands, dem)
+    # without ground nothing tells how far the rover sags: set points stand for postures
+    way = passages(robot, start, T_site_base, parsed.commands, dem) if set_points is None else ()
     return Sequence(
         robot=robot.name,
         commands=parsed.commands,
         start=start,
-        predicted=postures(way, start),
+        predicted=postures(way, start) if set_points is None else set_points[1:],
         T_site_base=T_site_base,
         rules=rules,
         provenance=Provenance(parents, settings),
-        Ts_site_base=poses(way),
+        Ts_site_base=poses(way) if set_points is None else None,
+        at_rest=at_rest,
+        commanded=None if set_points is None else set_points[1:],
     )
+
+
+def _reached(set_points: Array, commands: tuple[Command, ...]) -> Array:
+    """Set points before the first command and after each, (commands + 1, legs × 6) [rad]."""
+    return np.vstack([set_points, predict(set_points, commands).reshape(-1, len(set_points))])
+
+
+def _require_rest(robot: Robot, at_rest: AtRest) -> None:
+    """Raise InvalidSequence where no rover could stand at rest so: further checks are left to its prediction."""
+    if at_rest.state.leg_count != robot.leg_count:
+        raise InvalidSequence(f"at_rest is of {at_rest.state.leg_count} legs; {robot.name} has {robot.leg_count}")
+    if (farthest := float(np.abs(at_rest.set_points).max())) > FARTHEST:
+        raise InvalidSequence(f"at_rest has a set point of {farthest:z.6g} rad: were these degrees?")
+    weight, most = robot.mass * GRAVITY, float(np.abs(at_rest.state.wheel_forces).max())
+    if most > MOST_WEIGHTS * weight:
+        raise InvalidSequence(f"at_rest has {most:z.6g} N on a wheel; the whole rover weighs {weight:z.0f} N on Earth")

@@ -7,23 +7,22 @@ from footfall.core.errors import InvalidSequence
 from footfall.io.exports.as_fprime import COMPONENT, HEADER, VERSION
 from footfall.io.imports.parsed import (
     ParsedSequence,
-    array,
     command,
     items,
     json_of,
     layout_in,
-    matrix,
     member,
     only,
     require_rows,
     text,
     text_of,
+    with_start,
 )
 from footfall.sequence.commands import Command
 from footfall.telemetry.command_kinds import WAIT
 
 _LINE = re.compile(rf"(?P<time>\S+)\s+{COMPONENT}\.(?P<name>\w+)\s+(?P<arguments>[^;]*?)\s*(?:;\s*(?P<comment>.*))?")
-_HEADER = ("version", "robot", "start", "T_site_base", "digest", "software", "layout")
+_HEADER = ("version", "robot", "start", "T_site_base", "at_rest", "digest", "software", "layout")
 _AT_ONCE = re.compile(r"R00:00:00(\.0+)?")
 
 
@@ -46,13 +45,8 @@ def decode(data: bytes) -> ParsedSequence:
     if (version := member(header, "version", HEADER)) != VERSION:
         raise InvalidSequence(f"this FootFall reads version {VERSION} of its sequences for F Prime, not {version!r}")
     only(header, _HEADER, HEADER.strip())
-    return ParsedSequence(
-        robot=text(member(header, "robot", HEADER), "robot"),
-        commands=tuple(commands),
-        start=array(member(header, "start", HEADER), "start"),
-        T_site_base=matrix(member(header, "T_site_base", HEADER), "T_site_base"),
-        described=layout_in(header, "its header"),
-    )
+    robot, layout = text(member(header, "robot", HEADER), "robot"), layout_in(header, "its header")
+    return with_start(ParsedSequence(robot, tuple(commands), described=layout), header, "its header")
 
 
 def _command(where: str, line: str) -> tuple[Command, Any]:

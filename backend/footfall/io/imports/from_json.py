@@ -10,7 +10,6 @@ from footfall.io.imports.parsed import (
     items,
     json_of,
     layout_in,
-    matrix,
     member,
     number,
     only,
@@ -18,10 +17,11 @@ from footfall.io.imports.parsed import (
     text,
     text_of,
     whole,
+    with_start,
 )
 from footfall.sequence.commands import Command
 
-_READ = ("format", "version", "robot", "start", "T_site_base", "commands", "layout")
+_READ = ("format", "version", "robot", "start", "T_site_base", "at_rest", "commands", "layout")
 _DOCUMENT = (*_READ, "digest", "software", "parents", "duration", "rules")
 _COMMAND = ("row", "name", "leg", "joints", "duration", "phase", "force", "predicted", "predicted_T_site_base")
 
@@ -41,13 +41,12 @@ def of_document(document: Any) -> ParsedSequence:
     commands = items(member(document, "commands", "the file"), "commands")
     places = [(one, f"commands[{i}]") for i, one in enumerate(commands)]
     require_rows([(where, whole(member(one, "row", where), f"{where}, row")) for one, where in places])
-    return ParsedSequence(
+    parsed = ParsedSequence(
         robot=text(member(document, "robot", "the file"), "robot"),
         commands=tuple(_command(one, where) for one, where in places),
-        start=array(member(document, "start", "the file"), "start"),
-        T_site_base=matrix(member(document, "T_site_base", "the file"), "T_site_base"),
         described=layout_in(document, "the file"),
     )
+    return with_start(parsed, document, "the file")
 
 
 def _command(document: Any, where: str) -> Command:

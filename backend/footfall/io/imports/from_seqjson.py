@@ -6,13 +6,11 @@ from footfall.core.errors import InvalidSequence
 from footfall.io.exports import as_seqjson
 from footfall.io.imports.parsed import (
     ParsedSequence,
-    array,
     command,
     items,
     json_of,
     known_kind,
     layout_in,
-    matrix,
     member,
     members,
     number,
@@ -21,6 +19,7 @@ from footfall.io.imports.parsed import (
     text,
     text_of,
     whole,
+    with_start,
 )
 from footfall.sequence.commands import Command
 from footfall.telemetry.command_kinds import (
@@ -37,7 +36,7 @@ from footfall.telemetry.joint_layout import JointLayout
 _NOT_CARRIED_OUT = ("parameters", "locals", "immediate_commands", "hardware_commands", "requests")
 _DOCUMENT = ("id", "metadata", "steps")
 _METADATA = (
-    *("robot", "start", "T_site_base", "units", "layout"),
+    *("robot", "start", "T_site_base", "at_rest", "units", "layout"),
     *("format", "schema", "digest", "software", "parents", "final", "final_T_site_base"),
 )
 _STEP = ("type", "stem", "time", "args", "metadata")
@@ -64,13 +63,8 @@ def of_document(document: Any) -> ParsedSequence:
     layout = layout_in(about, "metadata")
     commands = tuple(_command(f"steps[{i}]", step, layout) for i, step in enumerate(steps))
     require_rows([(f"steps[{i}]", step.get("metadata", {}).get("row")) for i, step in enumerate(steps)])
-    return ParsedSequence(
-        robot=text(member(about, "robot", "metadata"), "metadata, robot"),
-        commands=commands,
-        start=array(member(about, "start", "metadata"), "metadata, start"),
-        T_site_base=matrix(member(about, "T_site_base", "metadata"), "metadata, T_site_base"),
-        described=layout,
-    )
+    parsed = ParsedSequence(text(member(about, "robot", "metadata"), "metadata, robot"), commands, described=layout)
+    return with_start(parsed, about, "metadata")
 
 
 def _command(where: str, step: Any, layout: JointLayout | None) -> Command:

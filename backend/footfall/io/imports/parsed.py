@@ -2,7 +2,7 @@
 
 import math
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from typing import Any, NoReturn
 
 import numpy as np
@@ -12,7 +12,7 @@ from footfall.core.errors import InvalidSequence
 from footfall.core.misread import Unreadable, place_of
 from footfall.core.strict_json import read_json
 from footfall.core.written import how_to_write, number_of, utf8_of
-from footfall.sequence.commands import Command
+from footfall.sequence.commands import AtRest, Command
 from footfall.telemetry.command_kinds import (
     ALL_ANGLES,
     DURATION,
@@ -23,6 +23,7 @@ from footfall.telemetry.command_kinds import (
     CommandKind,
 )
 from footfall.telemetry.joint_layout import JointLayout
+from footfall.telemetry.state import RobotState
 
 
 @dataclass(frozen=True)
@@ -30,6 +31,7 @@ class ParsedSequence:
     """Name of the robot, commands, and what they start from: posture (legs × 6,) [rad] and T_site_base (4, 4).
 
     described: legs and joints of a robot that others described; None: of ATHLETE's build, or it isn't said.
+    at_rest: how a rover that sags stood before the first; None: the file doesn't say, as of one that is rigid.
     start and T_site_base are None where the format doesn't say. No rule has been asked yet.
     """
 
@@ -38,6 +40,7 @@ class ParsedSequence:
     start: Array | None = None
     T_site_base: Array | None = None
     described: JointLayout | None = None
+    at_rest: AtRest | None = None
 
 
 def text_of(data: bytes) -> str:
@@ -159,6 +162,29 @@ def layout_in(document: Mapping[str, object], where: str) -> JointLayout | None:
     for leg in legs:
         only(leg, ("name", "joints"), at)
     return JointLayout(tuple(names), tuple(joints), tuple(text(one, f"{at}, sliding") for one in sliding))
+
+
+def with_start(parsed: ParsedSequence, document: Mapping[str, object], where: str) -> ParsedSequence:
+    """The same with the members of an object that say from where it starts: ``start``, ``T_site_base``, ``at_rest``.
+
+    Raises InvalidInput where one of the first two is missing, or the last doesn't fit them.
+    """
+    start = array(member(document, "start", where), f"{where}, start")
+    T_site_base = matrix(member(document, "T_site_base", where), f"{where}, T_site_base")
+    started = replace(parsed, start=start, T_site_base=T_site_base)
+    if "at_rest" not in document:
+        return started
+    at = f"{where}, at_rest"
+    rest = members(document["at_rest"], at)
+    only(rest, ("set_points", "joint_torques", "wheel_forces"), at)
+    set_points, torques = (array(member(rest, name, at), f"{at}, {name}") for name in ("set_points", "joint_torques"))
+    rows = items(member(rest, "wheel_forces", at), f"{at}, wheel_forces")
+    forces = [array(row, f"{at}, wheel_forces[{i}]") for i, row in enumerate(rows)]
+    if any(len(force) != 3 for force in forces):
+        raise InvalidSequence(f"{at}, wheel_forces must have three numbers for each leg")
+    feet = np.array(forces).reshape(-1, 3)
+    state = RobotState(parsed.robot, 0.0, start, T_site_base, feet, torques, "idle", described=parsed.described)
+    return replace(started, at_rest=AtRest(state, set_points))
 
 
 def decimal(written: str, where: str) -> float:

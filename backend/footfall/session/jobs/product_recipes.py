@@ -300,6 +300,7 @@ def from_file(parents: Mapping[str, Any], settings: ImportRequest, progress: Pro
     """robot, dem, and state for files that don't say from where they start; ImportRequest → Sequence."""
     from footfall.io.imports import sequence_of
     from footfall.robot.legged.legged_robot import LeggedRobot
+    from footfall.sequence.commands import AtRest
     from footfall.session.jobs.described_recipes import from_feet, on_map
 
     robot, dem, state = (parents[name] for name in ("robot", "dem", "state"))
@@ -307,7 +308,8 @@ def from_file(parents: Mapping[str, Any], settings: ImportRequest, progress: Pro
     if isinstance(robot, LeggedRobot):
         _, ground, start = from_feet(parents)
         return on_map(sequence_of(name, content, robot, ground, otherwise=start), ground, parents)
-    return sequence_of(name, content, robot, dem, otherwise=state)
+    start = state if settings.set_points is None else AtRest(state, settings.set_points)
+    return sequence_of(name, content, robot, dem, otherwise=start)
 
 
 def export(parents: Mapping[str, Any], settings: ExportRequest, progress: Progress) -> bytes:

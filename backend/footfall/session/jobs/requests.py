@@ -183,10 +183,14 @@ class ExportRequest(Value):
 
 @value
 class ImportRequest(Value):
-    """Commands from a file. name: its name, whose ending says the format; content: its bytes."""
+    """Commands from a file. name: its name, whose ending says the format; content: its bytes.
+
+    set_points: (legs × 6,) of an ATHLETE that sags, for files that don't say from where they start [rad]; None: rigid.
+    """
 
     name: str
     content: NDArray[np.uint8]
+    set_points: NDArray[np.float64] | None = field(default=None, metadata=LATER)
 
 
 @value

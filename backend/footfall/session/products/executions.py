@@ -190,6 +190,20 @@ class Executions:
         state = self._core.typed(RobotState, made.parents["state"])
         return ExecutionRequest(settings or self.settings_in_force(), set_points_at(self._rover.link.frame, state))
 
+    def set_points_now(self) -> NDArray[np.float64] | None:
+        """Set points of an ATHLETE that sags as it stands, (legs × 6,) [rad]; None where it doesn't, or nothing tells.
+
+        Without telemetry from there they are as the measured torques tell.
+        """
+        digest = self._core.state.state
+        if digest is None or self._core.described is not None or self.way_of_commands().mode == "rigid":
+            return None
+        state = self._core.typed(RobotState, digest)
+        told = set_points_at(self._rover.link.frame, state)
+        if told is not None or not state.joint_torques.any():
+            return told
+        return state.posture + state.joint_torques / (self._core.state.joint_scale * self._core.robot.stiffness)
+
     def found(self, digest: str | None = None) -> str:
         """Digest of a step's execution (None: the present one), or of a held move. Raises Conflict where
         there is none, NotFound.

@@ -66,14 +66,16 @@ class Sequences:
             parents["state"] = behind.parents["state"]  # its feet told the ground under them
         return self._core.product_jobs.submit(EDIT, parents, edit, urgent=True).finish(SHORT_JOB)
 
-    def import_file(self, name: str, content: bytes) -> str:
+    def import_file(self, name: str, content: bytes, *, as_commanded: bool = False) -> str:
         """Commands from a file become the present sequence, every rule checked anew; returns the digest.
 
         name: of the file; its ending says the format. A file that doesn't say from where its commands start is taken
-        to start where the rover stands, and the state is then a parent of the sequence. Raises Conflict without
-        terrain and state, InvalidSequence, naming the place, where the file can't be used.
+        to start where the rover stands, sagging as it is known to, and the state is then a parent of the sequence.
+        as_commanded: of such a file, that its commands were made as planned, and no sag is predicted. Raises Conflict
+        without terrain and state, InvalidSequence, naming the place, where the file can't be used.
         """
-        request = ImportRequest(name, np.frombuffer(content, np.uint8))
+        set_points = None if as_commanded else self._executions.set_points_now()
+        request = ImportRequest(name, np.frombuffer(content, np.uint8), set_points)
         return self._stances.ask(IMPORT, request, urgent=True).finish(SHORT_JOB)
 
     def undo(self) -> str:

@@ -13,18 +13,17 @@ from footfall.core.progress import Progress, no_progress
 from footfall.robot.model import Robot
 from footfall.sequence.commands import Sequence
 from footfall.sequence.feet import feet
+from footfall.sequence.moved_legs import moved_legs
 from footfall.sim.physics.physics_settings import TIME_STEP
 from footfall.sim.physics.rover import PhysicalRover
 from footfall.sim.physics.run_observer import RunObserver
 from footfall.sim.physics.verdict import RefereeReport, RefereeSettings, failures
-from footfall.telemetry.command_kinds import WAIT
 from footfall.telemetry.link import AckMessage, CommandMessage
 from footfall.telemetry.state import RobotState
 from footfall.terrain.dem import Dem
 
-STEP_PHASES = ("unload", "lift", "swing", "lower", "load")
 IN_AIR = ("lift", "swing")
-"""Phases of a step in their order, and those in which its leg is to leave the ground and to be off it."""
+"""Phases of a step in which its leg is to leave the ground and to be off it."""
 
 
 def referee(
@@ -123,45 +122,9 @@ def _goals(robot: Robot, sequence: Sequence, dem: Dem) -> dict[int, Array]:
     whole = any(command.kind.moves_all for command in sequence.commands)
     if not sequence.commands or (whole and sequence.Ts_site_base is None):
         return {}
-    legs = {command.leg for command in sequence.commands if command.kind.names_leg and command.leg is not None}
+    legs = {leg for leg in moved_legs(sequence) if leg is not None}
     points = feet(robot, dem, sequence.predicted[-1], sequence.poses[-1]).points
     return {leg: points[leg] for leg in sorted(legs)}
-
-
-def moved_legs(sequence: Sequence) -> list[int | None]:
-    """The leg that each row is about: the one it names; of whole postures and pauses in a step, the one that steps."""
-    legs = [command.leg if command.kind.names_leg else None for command in sequence.commands]
-    for rows in _steps(sequence):
-        named = {legs[row] for row in rows} - {None}
-        leg = named.pop() if named else _moved_most(sequence, rows)
-        for row in rows:
-            legs[row] = leg if legs[row] is None else legs[row]
-    return legs
-
-
-def _steps(sequence: Sequence) -> list[range]:
-    """The rows of each step, pauses included: its phases never go back to an earlier one."""
-    steps: list[range] = []
-    reached: int | None = None
-    for row, command in enumerate(sequence.commands):
-        phase = STEP_PHASES.index(command.phase) if command.phase in STEP_PHASES else None
-        if phase is None and command.kind is not WAIT:
-            reached = None
-        elif phase is not None and (reached is None or phase < reached):
-            steps.append(range(row, row + 1))
-            reached = phase
-        elif reached is not None:
-            steps[-1] = range(steps[-1].start, row + 1)
-            reached = reached if phase is None else phase
-    return steps
-
-
-def _moved_most(sequence: Sequence, rows: range) -> int | None:
-    postures = [joints for row in rows if (joints := sequence.commands[row].joints) is not None]
-    if not postures:
-        return None
-    before = sequence.predicted[rows[0] - 1] if rows[0] else sequence.start
-    return int(np.argmax(np.abs(np.array(postures) - before).max(axis=0).reshape(-1, 6).max(axis=1)))
 
 
 def _predicted(sequence: Sequence, T_site_base: Array) -> Array | None:
