@@ -5,7 +5,7 @@ import { build, takeImages } from "./texts/ground.js";
 import * as texts from "./texts/next.js";
 import { step as planStep } from "./texts/plan.js";
 import * as shared from "./texts/shared.js";
-import { fromHere, goOnByItself, holdIt } from "./texts/walk.js";
+import { chassisToItsGoal, fromHere, goOnByItself, holdIt, ofWalk } from "./texts/walk.js";
 
 const OLD = 3600; // s: ground that was seen longer ago is looked at again
 const SAME = 0.01; // m, rad: a goal as near as this to another is that one
@@ -15,7 +15,7 @@ const SAME = 0.01; // m, rad: a goal as near as this to another is that one
 // "walk", or "".
 export function nextThing(facts) {
   const { gate, armed, loop, making, picking, stopped } = facts;
-  if (stopped) return wait(texts.stopped, texts.aboutStopped, "run");
+  if (stopped) return wait(texts.stopped, facts.notCleared ? texts.notClearedHere(facts.notCleared) : texts.aboutStopped, "run");
   if (loop && (loop.state === "held" || !gate.waiting)) return byItself(loop, facts);
   if (gate.state === "sending") return underWay(gate, facts);
   if (armed) return thing("send", shared.send, texts.aboutSend(armed), "sequence");
@@ -49,7 +49,7 @@ function byItself({ state, goal, part: next, waits_for: waits }, { gate, part })
 
 function underWay({ waiting, why, aborted }, { part }) {
   if (!waiting || aborted) return wait(aborted ? texts.presentRowEnds : texts.underWay(part || texts.commands), texts.aboutUnderWay, "run");
-  return why === "step by step" ? thing("run-next", nextRow, "", "run") : thing("run-resume", goOn, why, "run");
+  return why === "step by step" ? thing("run-next", nextRow, "", "run") : thing("run-resume", goOn, texts.aboutGoOn, "run");
 }
 
 // The next foot move of a walk that was found, or all that are left. places: that it was planned without, in words.
@@ -60,9 +60,13 @@ function onward({ walking, places, ready, rest }) {
   const left = walking.of - walking.done;
   const parts = rest ? left : 1;
   if (ready === parts) return thing("arm", armIt, texts.aboutArm, "sequence");
-  const mover = walking.leg === null ? texts.chassis : shared.leg(walking.leg);
-  const which = parts > 1 ? texts.movesToGoal(parts) : texts.move(walking.done + 1, walking.of, mover);
-  return thing(rest ? "walk-rest" : "walk-next", makeCommandsOf(which), "", judge);
+  return thing(rest ? "walk-rest" : "walk-next", makeCommandsOf(partTold(walking, rest)), "", judge);
+}
+
+// The next part of a walk, or all that are left: the chassis' last way is no foot move.
+function partTold({ done, foot_moves: moves, leg }, rest) {
+  if (leg === null) return chassisToItsGoal;
+  return rest ? texts.footMovesToGoal(moves - done) : ofWalk(done + 1, moves, leg);
 }
 
 // A robot that others described walks as a whole. planned: the plan, not carried out, that commands are to be made of; null: none.

@@ -112,8 +112,11 @@ def test_rows_go_step_by_step_and_either_page_stops(pages: tuple[Page, Page], pl
     expect(second.locator("#stop-state")).to_contain_text("acknowledged by the rover")
     expect(row(first, 1)).to_contain_text("failed")
     expect(row(first, 2)).to_contain_text("not sent")
+    kept = r"The conn is held by another page \w+: request it first\."
+    expect(second.locator("#next-about")).to_have_text(re.compile(rf"^It can't be cleared here\. {kept}$"))
+    expect(first.locator("#next-about")).to_have_text("Clear it, left of STOP, once it is safe to go on.")
     second.get_by_role("button", name="Clear stop").click()
-    expect(second.locator("#toast")).to_have_text(re.compile(r"^another page \w+ holds the conn: request it first\.$"))
+    expect(second.locator("#toast")).to_have_text(re.compile(rf"^{kept}$"))
     first.get_by_role("button", name="Clear stop").click()
     expect(first.locator("#stop-state")).to_contain_text("Not a safety-rated stop.")
 

@@ -43,6 +43,18 @@ def test_a_click_on_what_sends_sends_nothing_and_a_stop_comes_before_it(
     look("stopped")
 
 
+def test_why_a_run_waits_is_said_once(page: Page, look: Keep) -> None:
+    press(page, "Arm")
+    page.locator("#send").click()
+    press(page, "Release conn")
+    why = "the conn was lost or changed hands; whoever holds it may go on or abort"
+    said = re.compile(rf"^Waits before row [0-9]+ of [0-9]+: {why}$")
+    expect(page.locator("#verdict")).to_have_text(said, timeout=BOUND_MS)
+    expect(page.locator("#next-hold")).to_have_text("Go on")
+    expect(page.locator("#next-about")).to_have_text("Sends the rows that are left.")
+    look("waits")
+
+
 def test_by_keyboard_alone_up_to_the_goal(page: Page, served: Running) -> None:
     button = page.locator("#next-act")
     expect(button).to_have_text("Take images", timeout=BOUND_MS)

@@ -75,7 +75,8 @@ LEGS = (4, 1)
 def walking(done: int, against: str = "") -> dict:
     """A walk of three moves, so many of them done."""
     leg = LEGS[done] if done < len(LEGS) else None
-    return {"of": 3, "done": done, "next": done if done < 3 else None, "leg": leg, "against": against}
+    next_ = done if done < 3 else None
+    return {"of": 3, "foot_moves": len(LEGS), "done": done, "next": next_, "leg": leg, "against": against}
 
 
 @pytest.fixture(scope="module")
@@ -275,12 +276,15 @@ def test_ground_that_was_built_just_now_of_old_images_is_old():
     assert (first["button"], second["button"]) == ("take-images", "walk-to")
 
 
-def test_a_foot_move_is_named_by_its_leg():
+def test_a_foot_move_is_named_by_its_leg_and_the_chassis_last_way_is_none():
     walk = {"goal": {"x": GOAL[0], "y": GOAL[1]}}
     found = {**NOTHING, "ground": SEEN, "goal": GOAL, "walk": walk, "fits": True, "rest": False}
     texts = [one["text"] for one in asked([{**found, "walking": walking(done)} for done in range(3)])]
-    movers = ["leg 4", "leg 1", "the chassis"]
-    assert texts == [f"Make commands: move {done + 1} of 3: {mover}" for done, mover in enumerate(movers)]
+    parts = ["foot move 1 of 2, leg 4", "foot move 2 of 2, leg 1", "the chassis to its goal"]
+    assert texts == [f"Make commands: {part}" for part in parts]
+    rests = asked([{**found, "walking": walking(done), "rest": True} for done in range(3)])
+    left = ["2 foot moves to the goal", "1 foot move to the goal", "the chassis to its goal"]
+    assert [one["text"] for one in rests] == [f"Make commands: {part}" for part in left]
 
 
 def test_a_walk_to_another_heading_is_planned_anew_and_a_gait_is_called_one():

@@ -110,7 +110,7 @@ def test_one_metre_from_images_on(page: Page, served: Running, look: Keep) -> No
     operator.goes_on("^Plan walk$")
     expect(page.locator("#verdict")).to_have_text(re.compile("^Walk found: [0-9]+ foot moves"), timeout=BOUND_MS)
     look("planned")
-    operator.goes_on("^Make commands: [0-9]+ moves to the goal$")
+    operator.goes_on("^Make commands: [0-9]+ foot moves to the goal$")
     operator.goes_on("^Arm$")
     look("armed")
     operator.sends()

@@ -40,15 +40,16 @@ AGAIN = "re-plan the walk from here"
 class Walking:
     """How far a walk is.
 
-    walk: its digest. of: how many parts it has, its foot moves and the chassis' last way; done: how many of them were
-    carried out. next: number of the one that is next, counted from 0; None: there is none, or it can't begin. leg:
-    whose foot it moves; None: it moves the chassis alone. against: why it can't begin where the rover stands now, ""
-    where nothing speaks against it. text: all of it, for a person. commanded: of how many parts, from the next on, the
-    session's commands are; 0: they are of something else.
+    walk: its digest. of: how many parts it has, its foot moves and the chassis' last way; foot_moves: without that;
+    done: how many parts were carried out. next: number of the one that is next, counted from 0; None: there is none, or
+    it can't begin. leg: whose foot it moves; None: it moves the chassis alone. against: why it can't begin where the
+    rover stands now, "" where nothing speaks against it. text: all of it, for a person. commanded: of how many parts,
+    from the next on, the session's commands are; 0: they are of something else.
     """
 
     walk: str
     of: int
+    foot_moves: int
     done: int
     next: int | None
     leg: int | None
@@ -93,12 +94,21 @@ class Walks:
         over = self._carried_out(digest)
         done = 0 if not over else max(over) + 1
         if done >= of:
-            return Walking(digest, of, done, None, None, "", f"all {foot_moves_in_words(plan)} done: the walk is over")
+            return Walking(
+                digest,
+                of,
+                plan.foot_moves,
+                done,
+                None,
+                None,
+                "",
+                f"all {foot_moves_in_words(plan)} done: the walk is over",
+            )
         leg = plan.legs[done] if done < plan.foot_moves else None
         against = self._against(plan, done)
         began = "nothing of it was carried out yet" if not done else f"{name_of(plan, done - 1)} done"
         text = f"{began}; next: {name_of(plan, done)}"
-        return Walking(digest, of, done, done, leg, against, text, self._commanded(digest, done))
+        return Walking(digest, of, plan.foot_moves, done, done, leg, against, text, self._commanded(digest, done))
 
     def walking_answer(self) -> WalkingAnswer | None:
         """As :meth:`walking`, plain JSON."""
@@ -108,6 +118,7 @@ class Walks:
         return {
             "walk": now.walk,
             "of": now.of,
+            "foot_moves": now.foot_moves,
             "done": now.done,
             "next": now.next,
             "leg": now.leg,

@@ -5,12 +5,14 @@ import { act, actOfButton, perform } from "../acts.js";
 import { $, toast } from "../dom.js";
 import { goWithJob } from "../layout.js";
 import { nextThing } from "../nextthing.js";
+import { lacking } from "../rights.js";
 import { isAthletes, sees } from "../robot.js";
 import { changed, known, subscribe } from "../store.js";
 import * as commands from "../texts/commands.js";
 import * as texts from "../texts/next.js";
 import * as shared from "../texts/shared.js";
 import { armedFor } from "./commands.js";
+import { kept } from "./conn.js";
 import { goalTold, picks } from "./goal.js";
 import { endTold, loopNow, loopTold } from "./loop.js";
 import { verdictOf } from "./outcome.js";
@@ -54,7 +56,7 @@ function factsOf({ summary, walk, sequence }) {
   const { gate, walking, terrain, look, run } = summary;
   const walked = walking !== null && walking.done > 0;
   return {
-    stopped: standsStopped(known), gate, making: waitedFor(AWAITED), armed: armedFor(), picking: picks(),
+    stopped: standsStopped(known), notCleared: lacking($("stop-clear")) || kept(), gate, making: waitedFor(AWAITED), armed: armedFor(), picking: picks(),
     loop: loopNow(), walking, walk, walked, places: unheededPlaces(), goal: goalTold(), heading: goalMeant().yaw, gait: $("walk-gait").value, look, ground: terrain, now: Date.now() / 1000,
     fits: summary.up_to_date.walk?.fits ?? false,
     whole: wholeOf(summary),
@@ -104,7 +106,8 @@ const VERDICTS = {
   },
   run({ summary: { run, gate } }) {
     if (!run) return undefined;
-    if (run.state !== "ended") return gate.waiting ? ["doubt", gate.why] : ["", texts.atRow((gate.row ?? 0) + 1, run.rows.length)];
+    const at = [(gate.row ?? 0) + 1, run.rows.length];
+    if (run.state !== "ended") return gate.waiting ? ["doubt", texts.waitsBefore(...at, gate.why)] : ["", texts.atRow(...at)];
     if (run.outcome !== "done") return ["no", texts.notAsPlanned(run.number, run.reason || run.outcome.replaceAll("_", " "))];
     const [state, text] = verdictOf(run.compared);
     return [CLASSES[state], texts.runTold(run.number, text)];

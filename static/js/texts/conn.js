@@ -11,7 +11,7 @@ export const grant = "Grant the conn to whoever requests it";
 export const keep = "Keep the conn";
 export const notHere = "This page does not hold the conn.";
 export const nobodyAsks = "Nobody requests the conn.";
-export const heldBy = (who) => `${who} holds the conn: request it first.`;
+export const heldBy = (who) => `The conn is held by ${who}: request it first.`;
 export const silent = (seconds) => `The server has been silent for ${age(seconds)}: what is shown may be out of date.`;
 export const epochUnknown = "The rover has not confirmed yet that it refuses delayed messages. It is asked again every second.";
 

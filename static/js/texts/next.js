@@ -15,6 +15,7 @@ export const named = (what) => `Next: ${what}`;
 
 export const stopped = "A stop is in force";
 export const aboutStopped = "Clear it, left of STOP, once it is safe to go on.";
+export const notClearedHere = (why) => `It can't be cleared here. ${why}`;
 export const aboutSend = (left) => `Armed for ${left} s more. The run holds where the rover does not stand as predicted.`;
 export const waitFor = (what) => `Wait for the ${what}`;
 export const aboutWait = "Progress and Cancel are in the bar above.";
@@ -30,10 +31,9 @@ export const presentRowEnds = "The present row ends";
 export const commands = "commands";
 export const underWay = (what) => `Under way: ${what}`;
 export const aboutUnderWay = "The run goes on while the rover stands as predicted. Hold and Abort are under Commands.";
+export const aboutGoOn = "Sends the rows that are left.";
 export const aboutArm = "Look at the ghost first; then there are ten seconds to send.";
-export const chassis = "the chassis";
-export const movesToGoal = (count) => `${count} moves to the goal`;
-export const move = (number, count, mover) => `move ${number} of ${count}: ${mover}`;
+export const footMovesToGoal = (count) => `${count} foot move${count === 1 ? "" : "s"} to the goal`;
 export const aboutBuild = "The newest images are not in the ground yet.";
 export const loadGround = "Load the ground as a file";
 export const toFootfall = ({ leg: number, x, y }) => `Leg ${number} to ${place([x, y], 2)}.`;
@@ -49,6 +49,7 @@ export const oldGround = "The ground was seen more than an hour ago.";
 export const outOfDate = (why) => `Out of date: ${why}`;
 export const commandsTold = (count, duration, way) => `${count} commands, ${seconds(duration, 0)}, every rule holds. ${way}`;
 export const atRow = (row, count) => `${rowFirst(row)} of ${count}`;
+export const waitsBefore = (row, count, why) => `Waits before row ${row} of ${count}: ${why}`;
 export const notAsPlanned = (run, why) => `Run ${run} did not end as planned: ${why}`;
 export const runTold = (run, verdict) => `Run ${run} ${verdict}`;
 
