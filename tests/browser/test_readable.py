@@ -78,6 +78,30 @@ def test_who_may_command_is_one_line_where_there_is_room(console: Page) -> None:
     assert console.evaluate("() => document.documentElement.scrollWidth <= innerWidth")
 
 
+RUN = """async () => {
+  const { known, changed } = (await import("/js/page.js")).modules["store.js"];
+  for (const one of known.sequence.commands) Object.assign(one, { name: "POSTURE_MOVE", leg: null });
+  const told = { state: "received", reason: "", times: { received: 1e9 } };
+  const rows = known.sequence.commands.map((_, row) => ({ row, ...told }));
+  known.summary.run = { ...known.summary.run, sequence: known.sequence.digest, rows };
+  changed();
+  for (const one of document.querySelectorAll("#side, .table-scroll")) one.style.borderRight = "15px solid";
+}"""
+"""Every row was acknowledged; and there is room for the bars that other browsers scroll by, which the tests' hides."""
+
+
+@pytest.mark.parametrize("width", [1280, 1024])
+def test_all_columns_of_the_commands_are_in_sight_during_a_run(console: Page, width: int) -> None:
+    console.set_viewport_size({"width": width, "height": 720})
+    console.evaluate(RUN)
+    expect(console.locator("#commands tbody tr").first).to_contain_text("acknowledged 01:46:40")
+    table = console.locator(".table-scroll:has(#commands)")
+    assert table.evaluate("one => one.scrollWidth <= one.clientWidth")
+    assert console.locator("#side").evaluate("one => one.scrollWidth <= one.clientWidth")
+    console.get_by_role("button", name="Delete row 1", exact=True).scroll_into_view_if_needed()
+    expect(console.get_by_role("button", name="Delete row 1", exact=True)).to_be_in_viewport(ratio=1)
+
+
 def test_the_longest_command_is_not_one_word_with_its_leg(console: Page) -> None:
     row = "#commands tbody tr:first-child td:nth-child({})"
     console.locator(row.format(2)).evaluate("one => { one.textContent = 'POSTURE_MOVE'; }")

@@ -204,6 +204,9 @@ function toldTether({ tether_lengths: lengths }, row) {
   return texts.tetherTo(lengths[row + 1]);
 }
 
+// A long name may go on in a second line behind its underscore.
+const breakable = (text) => text.split(/(?<=_)/).flatMap((part, i) => (i ? [element("wbr"), part] : [part]));
+
 function tableRow(command, row, broken, state, tether) {
   const mine = broken.filter((rule) => rule.row === row);
   const duration = element("input", {
@@ -220,12 +223,12 @@ function tableRow(command, row, broken, state, tether) {
       type: "button", textContent: row + 1, ariaLabel: shared.rowFirst(row + 1), ariaPressed: String(row === chosenRow()),
       onclick: () => choose(row === chosenRow() ? null : row),
     })),
-    element("td", { textContent: (command.force === null ? command.name : texts.until(command.name, command.force)) + tether }),
+    element("td", {}, ...breakable((command.force === null ? command.name : texts.until(command.name, command.force)) + tether)),
     element("td", { textContent: command.leg ?? (command.joints ? texts.all : "–") }),
     element("td", { textContent: command.phase || "–" }),
     element("td", {}, duration),
     element("td", { className: mine.length ? "no" : "sign", textContent: mine.length ? mine.map((rule) => rule.text).join(" ") : "✓" }),
-    element("td", { textContent: state?.text ?? "–", title: state?.times ?? "" }),
+    element("td", { className: state ? "told" : "", textContent: state?.text ?? "–", title: state?.times ?? "" }),
     element("td", {}, element("button", {
       type: "button", textContent: "✕", ariaLabel: texts.deleteRow(row + 1), onclick: () => edit({ kind: "delete", row }),
     })));
