@@ -16,6 +16,9 @@ export const isAthletes = () => known.robot.athletes_build;
 // Whether it has cameras to see the ground with.
 export const sees = () => known.robot.cameras.length > 0;
 
+// A length that is in proportion to the robot's size, as so many of its longest legs [m].
+export const legsLong = (legs) => legs * known.robot.longest_leg;
+
 // By what its "step" or "walk" is planned: {kind, folder}.
 export const plannedBy = (what) => known.robot.planned_by[what];
 export const orders = (what) => `/sessions/current/${plannedBy(what).folder}`;

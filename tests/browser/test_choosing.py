@@ -29,6 +29,28 @@ def coloured(page: Page, served: Running, leg: int) -> str:
     return held(served)["maps"][str(leg)]
 
 
+def test_suggestions_wait_for_colours_that_are_being_made(console: Page, quiet: Running, look: Keep) -> None:
+    coloured(console, quiet, 2)
+    made, job = [], {"id": "soon", "kind": "maps", "state": "running", "fraction": 0.35, "text": ""}
+    console.route(
+        "**/suggestions", lambda route: route.fulfill(status=409, json={"detail": "being made", "job": "soon"}), times=1
+    )
+    console.route(
+        "**/jobs/soon", lambda route: route.fulfill(json=job | {"state": "done" if made else "running", "error": None})
+    )
+    console.keyboard.press("g")
+    wait = console.locator("#suggestions-wait")
+    expect(wait).to_have_text(
+        "The colours for leg 2 are being made, 35 % so far: footfalls are suggested once they are there."
+    )
+    expect(console.locator("#suggestions li")).to_have_count(0)
+    look("waits")
+    made.append(True)
+    expect(console.locator("#suggestions li")).to_have_count(5)
+    expect(wait).to_be_empty()
+    expect(console.locator("#toast")).to_be_hidden()
+
+
 def test_suggestions_and_two_layers_side_by_side(console: Page, quiet: Running, look: Keep) -> None:
     console.locator("#friction-aware").check()
     console.get_by_text("Balance assumptions", exact=True).click()

@@ -106,6 +106,11 @@ def test_a_walk_is_planned_commanded_and_carried_out(other: Page, robot_served: 
     expect(other.locator("#outcome-table tbody tr")).to_have_count(2 * legs + 2)
 
 
+def test_a_route_is_taken_in_parts_of_the_robots_size(other: Page, robot: LeggedRobot) -> None:
+    assert robot.length < 1.0
+    assert float(other.locator("#route-part").input_value()) == pytest.approx(2.15 * robot.length, rel=0.05)
+
+
 def test_a_step_by_keys_and_stop(other: Page, robot_served: Running) -> None:
     frame = held(robot_served, f"{SESSION}/telemetry")
     other.locator("#area-footfall").click()

@@ -43,6 +43,7 @@ def test_a_route_is_planned_told_and_taken_in_parts(console: Page, quiet: Runnin
     assert made["goal"] == [3.0, 1.0]
     look("route")
 
+    expect(console.locator("#route-part")).to_have_value("5")
     for metres in (1.5, 99.0):
         console.locator("#route-part").fill(str(metres))
         console.locator("#route-goal").click()

@@ -68,6 +68,11 @@ def test_a_preview_comes_from_a_worker_before_the_product_and_is_never_recorded(
     assert not pooled.has(shown.digest)
     answer = pooled.maps.choose_footfall(LEG, 0.0, 0.0)
     assert answer["footing"] is None, "a footfall is never judged by a preview"
+    with pytest.raises(Conflict, match=rf"the maps of leg {LEG} are being made, [0-9]+ % so far; ask again") as told:
+        pooled.maps.suggest(LEG)
+    assert told.value.details == {"job": job.id}
+    with pytest.raises(Conflict, match="compute them first"):
+        pooled.maps.suggest(1)
 
 
 def test_the_product_takes_the_place_of_the_preview(pooled, tiny):

@@ -59,6 +59,11 @@ class ProductJobs:
         """Coarse maps of a leg while the real ones are on their way."""
         return self._previews.get(leg)
 
+    def under_way(self, kind: Kind, leg: int) -> Job | None:
+        """The job that makes products of this kind for a leg, where it has not ended."""
+        job = self._of_leg.get((kind.name, leg))
+        return None if job is None or job.ended else job
+
     def submit(
         self,
         kind: Kind,

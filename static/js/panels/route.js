@@ -7,7 +7,7 @@ import { $, attempt, element } from "../dom.js";
 import { outOfDate } from "../fits.js";
 import { areAmong, keptOff } from "../footfallmoves.js";
 import { unfold } from "../layout.js";
-import { isAthletes } from "../robot.js";
+import { isAthletes, legsLong } from "../robot.js";
 import { freeze } from "../stance.js";
 import { known, subscribe } from "../store.js";
 import * as shared from "../texts/shared.js";
@@ -15,12 +15,13 @@ import * as texts from "../texts/walk.js";
 import { isFilledIn, setGoal } from "./goal.js";
 import { placesSaid } from "./places.js";
 
-const NEAR = 0.1; // a route ends so near to the goal that it was planned to [m]
-const LEAST = 0.1; // parts of the way that are shorter are not asked for [m]
+const PART = 2.15; // of the way that is walked at once: so many of the robot's legs, 5 m for ATHLETE
+const SMALL = 0.043; // legs, 0.1 m for ATHLETE: a route ends so near to its goal, and no part is shorter
 
 let shown = ""; // digest of the route that is shown
 
 export function start() {
+  $("route-part").value = String(Number(legsLong(PART).toPrecision(2)));
   act({ text: texts.planRoute, button: "plan-route", run: planRoute, refusal: () => (known.summary?.dem ? "" : shared.noTerrain) });
   act({ text: texts.goalAlongRoute, button: "route-goal", run: take, refusal: notTaken });
   subscribe(draw);
@@ -45,9 +46,11 @@ const planRoute = () => attempt(async () => {
   await post("/sessions/current/routes", { goal, settings: { no_go: keptOff(placesSaid()) } });
 });
 
+const small = () => Number(legsLong(SMALL).toPrecision(1));
+
 const take = () => attempt(async () => {
   const along = Number($("route-part").value);
-  if (!(along >= LEAST)) throw new Error(texts.partTooShort(LEAST));
+  if (!(along >= small())) throw new Error(texts.partTooShort(small()));
   await setGoal(...pointAt(known.route.plan.points, along));
 });
 
@@ -70,7 +73,7 @@ export function alongRoute({ x, y }) {
   if (isAthletes() || !known.route?.plan || !$("walk-along").checked) return {};
   if (out()) throw new Error(texts.alongIsOut(out()));
   const [toX, toY] = known.route.goal;
-  if (Math.hypot(toX - x, toY - y) > NEAR) throw new Error(texts.leadsElsewhere);
+  if (Math.hypot(toX - x, toY - y) > small()) throw new Error(texts.leadsElsewhere);
   return { route: known.route.digest };
 }
 

@@ -5,10 +5,13 @@ import { get, post } from "../api.js";
 import { chooseFootfall, settled } from "../choosing.js";
 import { $, attempt, element } from "../dom.js";
 import { factors, subscribeToLayers } from "../layers.js";
-import { known, subscribe } from "../store.js";
+import { jobEnded } from "../planning.js";
+import { changed, known, subscribe } from "../store.js";
+import { refresh } from "../stream.js";
 import * as texts from "../texts/footfall.js";
 
 let shownFor = ""; // the maps that the list is about
+let awaited = null; // {leg, job}: the maps that suggestions wait for
 
 export function start() {
   subscribeToLayers(() => $("weights").replaceChildren(...factors().map(({ name, title, weight }) =>
@@ -28,9 +31,33 @@ function towards() {
 
 const suggest = () => attempt(async () => {
   await settled();
-  const leg = known.summary.view.leg;
+  const { leg } = known.summary.view;
+  try {
+    await suggestNow(leg);
+  } catch (problem) {
+    if (!problem.body?.job) throw problem;
+    if (await isMade(leg, problem.body.job)) await suggestNow(leg);
+  }
+});
+
+const suggestNow = async (leg) => show(leg, await post("/sessions/current/suggestions", { leg, count: 5, towards: towards(), settings: { weights: weights() } }));
+
+// The maps are on their way. Whether suggestions are still waited for once they are there.
+async function isMade(leg, id) {
+  const mine = awaited = { leg, job: await get(`/jobs/${id}`) };
+  changed();
+  try {
+    await jobEnded(mine.job);
+    await refresh();
+    return awaited === mine && known.summary.view.leg === leg;
+  } finally {
+    if (awaited === mine) awaited = null;
+    changed();
+  }
+}
+
+async function show(leg, answer) {
   const { maps } = await get("/sessions/current"); // what is known here may be a moment old
-  const answer = await post("/sessions/current/suggestions", { leg, count: 5, towards: towards(), settings: { weights: weights() } });
   shownFor = maps[leg];
   $("suggestions").replaceChildren(...answer.footfalls.map((one) => element("li", {},
     element("button", { type: "button", textContent: texts.at(one.x, one.y), onclick: () => chooseFootfall(one.x, one.y, leg) }),
@@ -38,12 +65,14 @@ const suggest = () => attempt(async () => {
     element("span", { textContent: texts.scored(one.score, one.reasons.at(-1)) }),
     element("details", {}, element("summary", { textContent: texts.reasons }), ...one.reasons.map((reason) => element("p", { textContent: reason }))))));
   $("suggestions-note").textContent = answer.reason;
-});
+}
 
 // Suggestions for other maps than the current ones would be a wrong green.
-function draw({ summary }) {
-  if (!summary || !shownFor) return;
+function draw({ summary, jobs }) {
+  if (!summary) return;
   const leg = summary.view.leg;
+  $("suggestions-wait").textContent = awaited?.leg === leg ? texts.onceMade(leg, (jobs.get(awaited.job.id) ?? awaited.job).fraction) : "";
+  if (!shownFor) return;
   if (summary.up_to_date.maps[leg]?.fits && summary.maps[leg] === shownFor) return;
   shownFor = "";
   $("suggestions").replaceChildren();

@@ -1,6 +1,6 @@
 // The footfall: chosen, suggested, moved by hand; points for the wheel to pass on its way there.
 
-import { degrees, fixed, metres, place } from "../figures.js";
+import { degrees, fixed, metres, percent, place } from "../figures.js";
 
 export const typeFootfall = "Type the footfall";
 export const judged = ({ footing, leg, x, y, z, margin, slope }) => `${footing ?? "Not judged yet"}: leg ${leg} at ${place([x, y, z])}`
@@ -10,6 +10,7 @@ export const judged = ({ footing, leg, x, y, z, margin, slope }) => `${footing ?
 // -- suggested -------------------------------------------------------------------------------------
 
 export const suggest = "Suggest footfalls";
+export const onceMade = (leg, share) => `The colours for leg ${leg} are being made, ${percent(share)} so far: footfalls are suggested once they are there.`;
 export const at = (x, y) => place([x, y], 2);
 export const apart = (measure) => ` ${measure ?? "like the others in all that is measured"}`;
 export const scored = (share, weakest) => `; ${fixed(100 * share, 1)} of 100, ${weakest}`;

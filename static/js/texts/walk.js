@@ -1,6 +1,6 @@
 // Walks: to a goal, by routes, gaits, on a tether, by itself; their foot moves.
 
-import { age, fixed, metres, newtons, percent, place, seconds, signed } from "../figures.js";
+import { age, bare, fixed, metres, newtons, percent, place, seconds, signed } from "../figures.js";
 import { ofWalkers } from "./kinds.js";
 
 // -- goal ------------------------------------------------------------------------------------------
@@ -110,7 +110,7 @@ export const goalAlongRoute = "Goal of the walk along the route";
 export const noRoute = "There is no route yet: plan one to the walk's goal.";
 export const routeIsOut = (why) => `The route is out of date: ${why}.`;
 export const routeOutOfDate = (why) => `The route is out of date: ${why}. Plan it again.`;
-export const partTooShort = (least) => `A part of the route is at least ${least} m long.`;
+export const partTooShort = (least) => `A part of the route is at least ${bare(least)} m long.`;
 export const noRouteFound = (status, reason) => `No route (${ofWalkers(status)}): ${reason}`;
 export const alongIsOut = (why) => `The route is out of date: ${why}. Plan it again, or walk straight.`;
 export const leadsElsewhere = "The route leads to another goal: plan one to this goal, or walk straight.";

@@ -32,7 +32,7 @@ class RobotAnswer(TypedDict):
 
     athletes_build: whether it has ATHLETE's legs; else null and empty stand for what nobody says of such a robot.
     leg_joints: of each leg, which numbers of a posture are its own. joint_units: rad where a joint turns, m where it
-    slides. foot_radii: of each leg's wheel or ball [m], 0 where a foot is a point. planned_by: step and walk → which
+    slides. longest_leg: the length of one [m]. foot_radii: of each leg's wheel or ball [m], 0 where a foot is a point. planned_by: step and walk → which
     kind of product plans them in this robot's sessions.
     """
 
@@ -53,6 +53,7 @@ class RobotAnswer(TypedDict):
     speed_limits: Array
     stiffness: Array | None
     leg_lengths: list[float]
+    longest_leg: float
     T_base_hips: list[Array]
     least_load: float
     postures: Mapping[str, Array]
@@ -101,6 +102,7 @@ def _athletes(model: "Robot") -> RobotAnswer:
         "stiffness": model.stiffness,
         "postures": about.postures,
         "leg_lengths": [model.leg_length(leg) for leg in model.legs],
+        "longest_leg": max(model.leg_length(leg) for leg in model.legs),
         "T_base_hips": [leg.T_base_hip for leg in about.legs],
         "least_load": _least_load(),
         "cameras": [pair.name for pair in about.cameras],
@@ -129,6 +131,7 @@ def _described(model: "LeggedRobot") -> RobotAnswer:
         "stiffness": model.stiffness if model.sags else None,
         "postures": model.postures,
         "leg_lengths": [],
+        "longest_leg": model.length,
         "T_base_hips": [],
         "least_load": _least_load(),
         "cameras": [pair.name for pair in model.description.cameras],

@@ -88,12 +88,17 @@ class LegMaps:
 
         separation: [m]; None: a wheel's diameter, and less only where nothing else is left.
         show: whether the scene shows them, as long as those maps stay current. Raises Conflict where there are no maps
-        of the present terrain and state, InvalidInput.
+        of the present terrain and state, and names the job where they are being made; InvalidInput.
         """
         from footfall.maps.suggest import suggest
 
         self._core.require_leg(leg)
         if not (fit := self._fits.of_maps(leg)).fits:
+            if (job := self._core.product_jobs.under_way(MAPS, leg)) is not None:
+                so_far = f"{100 * job.fraction:.0f} % so far"
+                raise Conflict(
+                    f"the maps of leg {leg} are being made, {so_far}; ask again once they are there", job=job.id
+                )
             raise Conflict(
                 f"there are no maps of leg {leg} for the present terrain and stance ({fit.reason}); compute them first"
             )
