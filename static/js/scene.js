@@ -32,8 +32,17 @@ export function startScene() {
   subscribe(() => { draw(); look(); });
   document.addEventListener(WORN, dress);
   new ResizeObserver(fit).observe(frame);
+  showFocus(frame);
+  frame.tabIndex = wanted ? 0 : -1;
   if (wanted) load();
   else note(texts.off, false, true);
+}
+
+// A frame whose page has focus matches no :focus of this one. As elsewhere, only who comes by keyboard is shown it.
+function showFocus(frame) {
+  let byKey = false;
+  addEventListener("keydown", ({ key }) => { byKey = key === "Tab"; }, true);
+  for (const type of ["blur", "focus"]) addEventListener(type, () => frame.classList.toggle("focused", byKey && document.activeElement === frame));
 }
 
 async function load() {

@@ -13,6 +13,7 @@ from footfall.session.access.accounts import Accounts
 from footfall.session.access.identity import Identity, Role
 from tests.browser.test_console_access import violations
 from tests.support.server import Running, running_server
+from tests.support.waiting import until
 
 MOST_STOPS = 400
 SHOWN = {"6": "#panel-goal", "7": "#panel-plan", "8": "#panel-legs", "9": "#panel-sessions"}
@@ -27,7 +28,7 @@ HERE = """() => {
     name: one.id || one.textContent.trim().slice(0, 40),
     part: part ? part.id || part.className || part.tagName.toLowerCase() : "",
     at: [...document.querySelectorAll("*")].indexOf(one),
-    ringed: style.outlineStyle !== "none" && parseFloat(style.outlineWidth) >= 2 || one.tagName === "IFRAME",
+    ringed: style.outlineStyle !== "none" && parseFloat(style.outlineWidth) >= 2,
     inside: box.bottom > 0 && box.top < innerHeight && box.right > 0 && box.left < innerWidth,
   };
 }"""
@@ -47,6 +48,23 @@ def walked(page: Page) -> list[dict]:
         assert not stops or here["at"] != stops[-1]["at"], f"the focus is trapped in {here['name']}"
         stops.append(here)
     raise AssertionError(f"{MOST_STOPS} presses of Tab do not lead through the page")
+
+
+def test_a_scene_that_has_the_keys_is_marked(console: Page) -> None:
+    """By keyboard alone: a click in it is no news. Switched off, as here, Tab passes it."""
+    scene, mark = (
+        console.locator("#scene"),
+        "() => getComputedStyle(document.querySelector('.scene'), '::after').content",
+    )
+    console.locator("#open-help").focus()
+    console.keyboard.press("Tab")
+    assert "scene" not in [one["name"] for one in walked(console)]
+    scene.evaluate("one => { one.tabIndex = 0; document.getElementById('leg-0').focus(); }")
+    console.keyboard.press("Shift+Tab")
+    until(lambda: console.evaluate(mark) == '""', "the mark")
+    expect(scene).to_have_class("focused")
+    console.locator("#leg-2").focus()
+    until(lambda: console.evaluate(mark) == "none", "the mark to go")
 
 
 @pytest.mark.parametrize("key", SHOWN)

@@ -128,6 +128,17 @@ def test_the_bar_of_areas_and_what_is_under_way_are_never_cut(
             look_at(fresh, layout.replace(" ", "-"))
 
 
+def test_what_came_of_a_run_leaves_the_scene_its_room_where_there_is_no_side(fresh: Page) -> None:
+    fresh.locator("#layout").select_option("plots")
+    seen = fresh.evaluate(f"""() => {{
+      document.getElementById("result").hidden = false;
+      document.getElementById("outcome-text").textContent = "The chassis sank by more than was predicted. ".repeat(90);
+      return ({COVERED})();
+    }}""")
+    assert seen["outside"] == seen["over"] == [], seen
+    assert seen["height"] >= 270
+
+
 def test_on_a_tablet(chromiums: Browsers, quiet: Running, look_at: Look) -> None:
     context = chromiums(False).new_context(viewport={"width": 1024, "height": 768}, has_touch=True, is_mobile=True)
     page = context.new_page()

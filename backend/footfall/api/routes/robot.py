@@ -31,9 +31,9 @@ class RobotAnswer(TypedDict):
     """SI units, radians; one number for each joint, leg by leg, null where nothing limits it or nobody says.
 
     athletes_build: whether it has ATHLETE's legs; else null and empty stand for what nobody says of such a robot.
-    leg_joints: of each leg, which numbers of a posture are its own. joint_units: rad where a joint turns, m where it
-    slides. longest_leg: the length of one [m]. foot_radii: of each leg's wheel or ball [m], 0 where a foot is a point. planned_by: step and walk → which
-    kind of product plans them in this robot's sessions.
+    leg_joints: of each leg, which numbers of a posture are its own. joint_units: rad where a joint turns, m where
+    it slides. longest_leg: the length of one [m]. foot_radii: of each leg's wheel or ball [m], 0 where a foot is a
+    point. planned_by: step and walk → which kind of product plans them in this robot's sessions.
     """
 
     name: str

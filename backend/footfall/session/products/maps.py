@@ -95,7 +95,7 @@ class LegMaps:
         self._core.require_leg(leg)
         if not (fit := self._fits.of_maps(leg)).fits:
             if (job := self._core.product_jobs.under_way(MAPS, leg)) is not None:
-                so_far = f"{100 * job.fraction:.0f} % so far"
+                so_far = f"{100 * job.fraction:z.0f} % so far"
                 raise Conflict(
                     f"the maps of leg {leg} are being made, {so_far}; ask again once they are there", job=job.id
                 )
