@@ -136,7 +136,7 @@ def test_the_gate_asks_for_the_set_points_too(live, athlete, state, rest):
     away = rest.commanded.copy()
     away[13] += 0.012
     live.rover.take_telemetry(TelemetryFrame(2, state, away))
-    with pytest.raises(CommandRefused, match=r"the set point of leg2_hip_pitch_joint is \+0.0120 rad") as caught:
+    with pytest.raises(CommandRefused, match=r"the set point of leg 2 hip pitch is \+0.0120 rad") as caught:
         live.commands.arm()
     assert caught.value.details["check"] == "set-points"
     assert caught.value.details["joint"] == athlete.joint_names[13]

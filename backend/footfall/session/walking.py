@@ -30,6 +30,7 @@ from footfall.session.products.stances import Stances
 from footfall.session.products.terrains import SHORT_JOB
 from footfall.session.products.up_to_date import SENT, difference
 from footfall.session.rover.linked import LinkedRover
+from footfall.telemetry.joint_layout import joint_in_words
 from footfall.telemetry.state import RobotState
 from footfall.terrain.dem import Dem
 
@@ -265,7 +266,7 @@ class Walks:
             return ""
         moved = f"the chassis is {found.moved:z.3f} m from there, at most {POSE_TOLERANCE:g} m are accepted"
         turned = (
-            f"{found.joint} is {np.degrees(found.turned):+z.2f}° from there, "
+            f"{joint_in_words(found.joint)} is {np.degrees(found.turned):+z.2f}° from there, "
             f"at most {np.degrees(START_TOLERANCE):z.2f}° are accepted"
         )
         return moved if what == "chassis" else turned

@@ -1,5 +1,6 @@
 """Which legs a robot has and which joints each of them, by name: what postures, commands and files of them go by."""
 
+import re
 from itertools import accumulate, pairwise
 
 import numpy as np
@@ -8,6 +9,21 @@ from numpy.typing import NDArray
 from footfall.core.errors import InvalidRobot
 from footfall.core.value import Value, value
 from footfall.telemetry.command_kinds import CommandKind
+
+_ATHLETES = re.compile(r"leg(\d+)_(\w+)_joint")
+
+
+def joint_in_words(name: str) -> str:
+    """A joint as persons call it.
+
+    Args:
+        name: as the description has it.
+
+    Returns:
+        Of ATHLETE's build such as ``leg 2 knee pitch``; the name itself of a robot that others described.
+    """
+    found = _ATHLETES.fullmatch(name)
+    return f"leg {found[1]} {found[2].replace('_', ' ')}" if found else name
 
 
 @value

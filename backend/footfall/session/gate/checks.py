@@ -10,6 +10,7 @@ from footfall.core.errors import CommandRefused
 from footfall.core.frames import pose_difference
 from footfall.sequence.commands import Command, Sequence
 from footfall.sequence.foot_moves import begins_a_foot_move
+from footfall.telemetry.joint_layout import joint_in_words
 from footfall.telemetry.state import RobotState, TelemetryFrame
 from footfall.terrain.fusion.on_map import OnMap
 
@@ -204,7 +205,7 @@ def _require_joints(
         of_rover = "" if whose else " of the rover"
         _refuse(
             check,
-            f"{whose}{joint}{of_rover} is {difference:+z.4f} {unit} from {where}; "
+            f"{whose}{joint_in_words(joint)}{of_rover} is {difference:+z.4f} {unit} from {where}; "
             f"at most {limit:.2g} {unit} are accepted{advice}",
             joint=joint,
             difference=difference,

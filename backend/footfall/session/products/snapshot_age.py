@@ -7,6 +7,7 @@ from footfall.session.core import SessionCore
 from footfall.session.gate.checks import STALE_AFTER
 from footfall.session.products.up_to_date import SENT
 from footfall.session.rover.linked import LinkedRover
+from footfall.telemetry.joint_layout import joint_in_words
 from footfall.telemetry.state import RobotState
 
 
@@ -53,7 +54,7 @@ def moved_since(core: SessionCore, rover: LinkedRover, then: RobotState) -> Sinc
     reasons = {
         "": "",
         "chassis": f"the chassis has moved by {found.moved:z.2f} m since",
-        "joint": f"{found.joint} has {turned} since",
+        "joint": f"{joint_in_words(found.joint)} has {turned} since",
     }
     return {"moved": bool(what), "reason": reasons[what]}
 

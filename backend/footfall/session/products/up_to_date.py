@@ -22,6 +22,7 @@ from footfall.session.gate.checks import (
     worst_joint,
 )
 from footfall.session.products.kinds import WHAT_IF, Kind, LooksAt
+from footfall.telemetry.joint_layout import joint_in_words
 from footfall.telemetry.state import RobotState
 from footfall.terrain.fusion.on_map import OnMap
 
@@ -249,8 +250,8 @@ class Present:
             return ""
         if what == "joint":
             if found.slides:
-                return f"{found.joint} by {found.turned:+z.4f} m"
-            return f"{found.joint} by {np.degrees(found.turned):+z.2f}°"
+                return f"{joint_in_words(found.joint)} by {found.turned:+z.4f} m"
+            return f"{joint_in_words(found.joint)} by {np.degrees(found.turned):+z.2f}°"
         before, bears = (float(np.linalg.norm(one.wheel_forces.sum(axis=0))) for one in (then, now))
         if before > 0.0 and bears > 0.0 and not abs(bears / before - 1.0) <= WEIGHT_TOLERANCE:
             return f"its wheels bear {bears:z.0f} N, {bears / before - 1.0:+.0%}"
