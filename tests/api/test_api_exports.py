@@ -6,8 +6,11 @@ import json
 import re
 import subprocess
 import sys
+from collections.abc import Iterator
+from contextlib import contextmanager
 from pathlib import Path
 
+import httpx
 import pytest
 from mcap.reader import make_reader
 
@@ -19,23 +22,23 @@ from tests.support.server import running_server
 from tests.support.waiting import BOUND
 
 
+@contextmanager
+def opened(folder: Path, sample: str) -> Iterator[httpx.Client]:
+    """A client of a server with a sample open; no rover."""
+    with running_server(folder, prepare=lambda s: s.open_sample(sample)) as running, running.client() as made:
+        yield made
+
+
 @pytest.fixture(scope="module")
 def client(tmp_path_factory):
-    """A client of a server with the rock-step sample open; no rover."""
-    with (
-        running_server(tmp_path_factory.mktemp("sessions"), prepare=lambda s: s.open_sample("rock-step")) as running,
-        running.client() as made,
-    ):
+    with opened(tmp_path_factory.mktemp("sessions"), "rock-step") as made:
         yield made
 
 
 @pytest.fixture(scope="module")
 def held(tmp_path_factory):
-    """The same of the sample on fractal ground, whose commands hold the pose."""
-    with (
-        running_server(tmp_path_factory.mktemp("sessions"), prepare=lambda s: s.open_sample("fractal-step")) as running,
-        running.client() as made,
-    ):
+    """Of the sample on fractal ground, whose commands hold the pose."""
+    with opened(tmp_path_factory.mktemp("sessions"), "fractal-step") as made:
         yield made
 
 

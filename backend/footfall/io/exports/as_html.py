@@ -98,17 +98,18 @@ def _facts(sequence: Sequence) -> str:
 def _pictures(sequence: Sequence, robot: Robot | None) -> str:
     if robot is None:
         return f"<p>No pictures: {plain(sequence.robot)} is not a robot that ships with FootFall.</p>"
+    paths = wheel_paths(robot, sequence)
     drawn = [
         (
-            top_view(robot, sequence),
+            top_view(robot, sequence, paths),
             "From above: the site's x to the right, y up. Grey: start; black: end; blue: paths of wheel centres.",
         )
     ]
-    for leg in wheel_paths(robot, sequence):
+    for leg, path in paths.items():
         drawn.append(
             (
-                side_view(robot, sequence, leg),
-                f"Leg {leg} from the side: to the right is {heading(robot, sequence, leg):z.0f}° from the site's x "
+                side_view(robot, sequence, leg, path),
+                f"Leg {leg} from the side: to the right is {heading(path):z.0f}° from the site's x "
                 "towards y, up is up. The ground is not drawn.",
             )
         )

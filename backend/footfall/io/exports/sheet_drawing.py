@@ -81,11 +81,14 @@ def wheel_paths(robot: Robot, sequence: Sequence) -> dict[int, Array]:
     return {leg: np.array(points) for leg, points in paths.items()}
 
 
-def top_view(robot: Robot, sequence: Sequence) -> str:
-    """Wheels and chassis from above, x of the site to the right, y up; grey where they start, black where they end."""
+def top_view(robot: Robot, sequence: Sequence, ways: dict[int, Array]) -> str:
+    """Wheels and chassis from above, x of the site to the right, y up; grey where they start, black where they end.
+
+    ways: see :func:`wheel_paths`.
+    """
     first = _seen_from_above(robot, sequence.start, sequence.T_site_base)
     last = _seen_from_above(robot, sequence.predicted[-1], sequence.poses[-1])
-    paths = {leg: path[:, :2] for leg, path in wheel_paths(robot, sequence).items()}
+    paths = {leg: path[:, :2] for leg, path in ways.items()}
     radius = robot.wheel_radius
     around = [*first, *last, *paths.values()]
     corners = np.concatenate([points + offset for points in around for offset in (-radius, radius)])
@@ -99,9 +102,8 @@ def top_view(robot: Robot, sequence: Sequence) -> str:
     return _svg("Wheels and chassis from above", [*parts, picture.scale_bar()])
 
 
-def side_view(robot: Robot, sequence: Sequence, leg: int) -> str:
-    """One leg from the side, across the direction in which its wheel goes; the height is the site's."""
-    path = wheel_paths(robot, sequence)[leg]
+def side_view(robot: Robot, sequence: Sequence, leg: int, path: Array) -> str:
+    """One leg from the side, across the direction of the path (n, 3) of its wheel; the height is the site's."""
     along = _direction(path)
     start = _leg_line(robot, sequence.start, sequence.T_site_base, leg)
     end = _leg_line(robot, sequence.predicted[-1], sequence.poses[-1], leg)
@@ -120,9 +122,9 @@ def side_view(robot: Robot, sequence: Sequence, leg: int) -> str:
     return _svg(f"Leg {leg} from the side", [*parts, picture.scale_bar()])
 
 
-def heading(robot: Robot, sequence: Sequence, leg: int) -> float:
-    """Which way the side view's right is, in degrees from the site's x towards its y."""
-    x, y = _direction(wheel_paths(robot, sequence)[leg])
+def heading(path: Array) -> float:
+    """Which way the right is in the side view of a wheel's path (n, 3), in degrees from the site's x towards its y."""
+    x, y = _direction(path)
     return float(np.degrees(np.arctan2(y, x)))
 
 
