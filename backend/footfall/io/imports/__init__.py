@@ -3,6 +3,7 @@
 import hashlib
 import os
 from collections.abc import Callable
+from dataclasses import replace
 from functools import partial
 from pathlib import Path
 
@@ -23,7 +24,7 @@ from footfall.sequence.commands import AtRest, Command, RuleResult, Sequence
 from footfall.sequence.from_rest import sequence_at_rest
 from footfall.sequence.of_legged import legged_sequence
 from footfall.sequence.passage import passages, poses, postures
-from footfall.sequence.predict import FARTHEST, predict
+from footfall.sequence.predict import FARTHEST
 from footfall.sequence.rules import TERRAIN_GIVEN, check_rules, require_start
 from footfall.sequence.sequence_settings import COARSEST, SequenceSettings
 from footfall.telemetry.state import RobotState
@@ -184,35 +185,39 @@ def _checked(
         set_points = _set_points(robot, state) if at_rest is None else at_rest.set_points
         return legged_sequence(robot, parsed.commands, start, T_site_base, dem, settings, parents, set_points)
     settings = settings or SequenceSettings()
-    if at_rest is not None:
+    if at_rest is None:
+        made = _of_rigid(robot, parsed.commands, start, T_site_base, dem, settings, parents)
+    else:
         require_start(robot, start, T_site_base)
         _require_rest(robot, at_rest)
-        if dem is not None:
-            return sequence_at_rest(robot, at_rest, parsed.commands, dem, settings, parents)
-    set_points = None if at_rest is None else _reached(at_rest.set_points, parsed.commands)
-    rules = check_rules(robot, parsed.commands, start, T_site_base, dem, settings, set_points)
-    if dem is None and any(one.joints is not None for one in parsed.commands):
-        text = "what the motion hits was not checked: give the terrain"
-        rules = (RuleResult(TERRAIN_GIVEN, -1, False, float("nan"), "", text), *rules)
-    # without ground nothing tells how far the rover sags: set points stand for postures
-    way = passages(robot, start, T_site_base, parsed.commands, dem) if set_points is None else ()
+        made = sequence_at_rest(robot, at_rest, parsed.commands, dem, settings, parents)
+    if dem is not None or all(one.joints is None for one in parsed.commands):
+        return made
+    text = "what the motion hits was not checked: give the terrain"
+    return replace(made, rules=(RuleResult(TERRAIN_GIVEN, -1, False, float("nan"), "", text), *made.rules))
+
+
+def _of_rigid(
+    robot: Robot,
+    commands: tuple[Command, ...],
+    start: Array,
+    T_site_base: Array,
+    dem: Dem | None,
+    settings: SequenceSettings,
+    parents: dict[str, str],
+) -> Sequence:
+    rules = check_rules(robot, commands, start, T_site_base, dem, settings)
+    way = passages(robot, start, T_site_base, commands, dem)
     return Sequence(
         robot=robot.name,
-        commands=parsed.commands,
+        commands=commands,
         start=start,
-        predicted=postures(way, start) if set_points is None else set_points[1:],
+        predicted=postures(way, start),
         T_site_base=T_site_base,
         rules=rules,
         provenance=Provenance(parents, settings),
-        Ts_site_base=poses(way) if set_points is None else None,
-        at_rest=at_rest,
-        commanded=None if set_points is None else set_points[1:],
+        Ts_site_base=poses(way),
     )
-
-
-def _reached(set_points: Array, commands: tuple[Command, ...]) -> Array:
-    """Set points before the first command and after each, (commands + 1, legs × 6) [rad]."""
-    return np.vstack([set_points, predict(set_points, commands).reshape(-1, len(set_points))])
 
 
 def _require_rest(robot: Robot, at_rest: AtRest) -> None:
