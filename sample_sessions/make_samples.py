@@ -103,7 +103,7 @@ def rappel(session: LiveSession) -> None:
 
 def fractal_step(session: LiveSession) -> None:
     """A step on fractal ground, searched by SBL, with the support that survives the loss of any leg."""
-    world = fractal(size=8.0, resolution=0.04, roughness=0.06, hurst=0.8, seed=5)
+    world = fractal(size=7.0, resolution=0.04, roughness=0.06, hurst=0.8, seed=5)
     state = footfall.stand(session.robot, world)
     session.terrains.load(world, "fractal ground")
     session.stances.set(state)
@@ -117,7 +117,7 @@ def fractal_step(session: LiveSession) -> None:
 
 def refused_step(session: LiveSession) -> None:
     """A footfall that the maps colour red is asked for all the same; the answer says why not."""
-    world = fractal(size=8.0, resolution=0.04, roughness=0.03, hurst=0.9, seed=8)
+    world = fractal(size=7.0, resolution=0.04, roughness=0.03, hurst=0.9, seed=8)
     state = footfall.stand(session.robot, world)
     session.terrains.load(world, "fractal ground")
     session.stances.set(state)
@@ -131,7 +131,7 @@ def refused_step(session: LiveSession) -> None:
 
 def edited_export(session: LiveSession) -> None:
     """A sequence is edited, undone, edited again and exported in every format."""
-    world = fractal(size=8.0, resolution=0.04, roughness=0.02, hurst=0.9, seed=9)
+    world = fractal(size=6.0, resolution=0.04, roughness=0.02, hurst=0.9, seed=9)
     state = footfall.stand(session.robot, world)
     session.terrains.load(world, "fractal ground")
     session.stances.set(state)

@@ -36,9 +36,9 @@ def client(tmp_path_factory):
 
 
 @pytest.fixture(scope="module")
-def held(tmp_path_factory):
-    """Of the sample on fractal ground, whose commands hold the pose."""
-    with opened(tmp_path_factory.mktemp("sessions"), "fractal-step") as made:
+def rigid(tmp_path_factory):
+    """Of the sample whose commands are as planned for a rigid rover."""
+    with opened(tmp_path_factory.mktemp("sessions"), "edited-export") as made:
         yield made
 
 
@@ -109,15 +109,17 @@ READ = ("json", "seqjson", "csv", "fprime", "yamcs", "ros2")
 
 
 @pytest.mark.parametrize("format", READ)
-def test_what_can_be_read_back_comes_back_checked(client, format):
-    require_read_back(client, recorded("rock-step"), format, as_commanded=True)
+def test_what_can_be_read_back_comes_back_checked(rigid, format):
+    sequence = recorded("edited-export")
+    assert sequence.at_rest is None
+    require_read_back(rigid, sequence, format, as_commanded=True)
 
 
 @pytest.mark.parametrize("format", READ)
-def test_with_the_pose_held_it_does_too(held, format):
-    sequence = recorded("fractal-step")
+def test_with_the_pose_held_it_does_too(client, format):
+    sequence = recorded("rock-step")
     assert sequence.at_rest is not None
-    require_read_back(held, sequence, format)
+    require_read_back(client, sequence, format)
 
 
 def require_read_back(client, sequence: Sequence, format: str, as_commanded: bool = False) -> None:
@@ -136,29 +138,29 @@ def require_read_back(client, sequence: Sequence, format: str, as_commanded: boo
     assert before["starts_from"] == "plan"
 
 
-def test_a_changed_row_of_a_file_fails_its_rule_and_is_not_armed(client):
-    before = client.get("/sequences/current").json()
-    header, *rows = (line.split(",") for line in export(recorded("rock-step"), "csv").decode().splitlines())
+def test_a_changed_row_of_a_file_fails_its_rule_and_is_not_armed(rigid):
+    before = rigid.get("/sequences/current").json()
+    header, *rows = (line.split(",") for line in export(recorded("edited-export"), "csv").decode().splitlines())
     number, duration = header.index("row"), header.index("duration_s")
     for line in rows:
         line[duration] = "0.001" if line[number] == "1" else line[duration]
     content = "\r\n".join(map(",".join, [header, *rows])).encode()
     address, file = "/sessions/current/sequences/import", {"file": ("step.csv", content)}
-    read = client.post(address, files=file, params={"as_commanded": True}).json()
+    read = rigid.post(address, files=file, params={"as_commanded": True}).json()
     assert read["valid"] is False
     assert {(one["row"], one["rule"]) for one in read["rules"] if not one["holds"]} == {(0, "speed")}
-    assert client.get(f"/sequences/{read['digest']}/export", params={"format": "json"}).status_code == 422
-    assert undone(client, read) == before
+    assert rigid.get(f"/sequences/{read['digest']}/export", params={"format": "json"}).status_code == 422
+    assert undone(rigid, read) == before
 
 
-def test_of_a_rover_that_sags_planned_commands_are_judged_as_such_only_when_asked_for(client):
+def test_of_a_rover_that_sags_planned_commands_are_judged_as_such_only_when_asked_for(rigid):
     """The wheel would be off the ground later, and be dragged: the same rows, from where the rover stands."""
-    before = client.get("/sequences/current").json()
-    sent = {"file": ("step.csv", export(recorded("rock-step"), "csv"))}
-    read = client.post("/sessions/current/sequences/import", files=sent).json()
+    before = rigid.get("/sequences/current").json()
+    sent = {"file": ("step.csv", export(recorded("edited-export"), "csv"))}
+    read = rigid.post("/sessions/current/sequences/import", files=sent).json()
     assert read["starts_from"] == "rover"
     assert "no-drag" in {one["rule"] for one in read["rules"] if not one["holds"]}
-    assert undone(client, read) == before
+    assert undone(rigid, read) == before
 
 
 @pytest.mark.parametrize(

@@ -22,7 +22,7 @@ from footfall.session.log.fold_commands import CommandRecord
 from footfall.session.registry import Sessions
 from footfall.session.tracks import tracks
 from footfall.session.view import SWITCHES, ViewState
-from footfall.telemetry.state import RobotState, TelemetryFrame
+from footfall.telemetry.state import TelemetryFrame
 from footfall.terrain.ground.contours import contour_step
 from footfall.terrain.ground.surface import height_at
 from footfall_ui.scene import Scene
@@ -262,11 +262,10 @@ def test_a_stepped_session_shows_its_plan_suggestions_and_run(tmp_path):
         # the sequence goes: its first row is under way
         sequence = live.get(present(live.state.sequence, "no sequence"))
         assert isinstance(sequence, Sequence)
-        planned = live.get(present(live.state.state, "no state"))
-        assert isinstance(planned, RobotState)
-        start = replace(planned, posture=sequence.start, T_site_base=sequence.T_site_base, mode="idle")
+        assert sequence.at_rest is not None
+        start = sequence.at_rest.state
         live.rover.connected(lambda text: None)
-        live.rover.take_telemetry(TelemetryFrame(1, start, start.posture))
+        live.rover.take_telemetry(TelemetryFrame(1, start, sequence.at_rest.set_points))
         until(lambda: live.rover.frame is not None, "telemetry")
         assert there("/predicted", shown=False)
         live.commands.send(live.commands.arm()["token"])

@@ -74,9 +74,15 @@ def physics() -> bool:
 
 
 @pytest.fixture
-def served(tmp_path: Path, scene: bool, physics: bool) -> Iterator[Running]:
-    """The rock-step sample, open, with its rover connected."""
-    session = lay_sample("rock-step", tmp_path)
+def sample() -> str:
+    """The sample session that the page opens; its commands hold the pose."""
+    return "rock-step"
+
+
+@pytest.fixture
+def served(tmp_path: Path, scene: bool, physics: bool, sample: str) -> Iterator[Running]:
+    """The sample, open, with its rover connected."""
+    session = lay_sample(sample, tmp_path)
     with running_server(tmp_path, scene=scene, prepare=lambda s: s.open(session), physics=physics) as running:
         running.rover.start()
         current = running.sessions.current
@@ -92,7 +98,7 @@ def layout() -> str | None:
 
 @contextmanager
 def opened(chromium: Browser, served: Running, query: str, layout: str | None = STEPS) -> Iterator[Page]:
-    """The operator's page of the rock-step sample; a script error or a failed request that nobody expected fails."""
+    """The operator's page of the open sample; a script error or a failed request that nobody expected fails."""
     context = chromium.new_context(viewport={"width": 1280, "height": 720}, accept_downloads=True)
     if layout:
         lay_out(context, layout)
@@ -101,7 +107,9 @@ def opened(chromium: Browser, served: Running, query: str, layout: str | None = 
     page.on("pageerror", lambda error: faults.append(str(error)))
     page.on("response", lambda answer: faults.append(f"{answer.status} {answer.url}") if answer.status >= 500 else None)
     page.goto(f"{served.url}/?{query}")
-    page.get_by_text("Stepping over a rock", exact=True).wait_for()
+    current = served.sessions.current
+    assert current is not None
+    page.get_by_text(current.state.name, exact=True).wait_for()
     yield page
     with else_after(BOUND / 4, kill_browsers):  # while its page is loaded anew, Chromium may close it never
         context.close()
@@ -116,9 +124,9 @@ def page(chromium: Browser, served: Running, scene: bool, layout: str | None) ->
 
 
 @pytest.fixture
-def quiet(tmp_path: Path) -> Iterator[Running]:
-    """The rock-step sample, open; neither rover nor scene."""
-    session = lay_sample("rock-step", tmp_path)
+def quiet(tmp_path: Path, sample: str) -> Iterator[Running]:
+    """The sample, open; neither rover nor scene."""
+    session = lay_sample(sample, tmp_path)
     with running_server(tmp_path, prepare=lambda s: s.open(session)) as running:
         yield running
 

@@ -53,7 +53,7 @@ def test_suggestions_wait_for_colours_that_are_being_made(console: Page, quiet: 
 
 def test_suggestions_and_two_layers_side_by_side(console: Page, quiet: Running, look: Keep) -> None:
     console.locator("#friction-aware").check()
-    console.get_by_text("Balance assumptions", exact=True).click()
+    console.locator("#panel-ground summary").get_by_text("Balance assumptions", exact=True).click()
     console.locator("#payload").fill("150")
     console.locator("#tilt").fill("5")
     console.locator("#uphill").fill("90")

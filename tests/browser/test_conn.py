@@ -10,24 +10,24 @@ from playwright.sync_api import Browser, Locator, Page, expect
 from footfall.sequence.commands import Command
 from footfall.sequence.edit import Edit
 from footfall.session.registry import Sessions
-from tests.support.page_steps import held, keep_pressed, lay_out, planned
+from tests.support.page_steps import RIGID, held, keep_pressed, lay_out, planned
 from tests.support.server import Running, running_server
+from tests.support.spoken import current
 from tests.support.waiting import until
 
 
 @pytest.fixture
-def plain(tmp_path: Path) -> Iterator[Running]:
-    """The rock-step sample with its rover, without a scene; its sequence waits a moment first, then for minutes."""
+def plain(tmp_path: Path, sample: str) -> Iterator[Running]:
+    """The sample with its rover, without a scene; its sequence waits a moment first, then for minutes."""
 
     def prepare(sessions: Sessions) -> None:
-        live = sessions.open_sample("rock-step")
+        live = sessions.open_sample(sample)
         for seconds in (300.0, 0.5):
             live.sequences.edit(live.state.sequence or "", Edit("insert", 0, Command("WAIT", None, None, seconds)))
 
     with running_server(tmp_path, prepare=prepare) as running:
         running.rover.start()
-        current = running.sessions.current
-        until(lambda: current is not None and current.rover.frame, "the first telemetry")
+        until(lambda: current(running).rover.frame, "the first telemetry")
         yield running
 
 
@@ -42,7 +42,7 @@ def pages(chromium: Browser, plain: Running) -> Iterator[tuple[Page, Page]]:
         page = context.new_page()
         page.on("pageerror", lambda error: faults.append(str(error)))
         page.goto(f"{plain.url}/?scene=off")
-        page.get_by_text("Stepping over a rock", exact=True).wait_for()
+        page.get_by_text(current(plain).state.name, exact=True).wait_for()
         expect(page.locator("#status-mode")).to_have_text("idle")
         opened.append(page)
     yield opened[0], opened[1]
@@ -90,6 +90,7 @@ def test_the_conn_is_seen_requested_granted_and_kept_over_a_reload(
     expect(first.locator("#status-conn")).to_have_text("nobody")
 
 
+@RIGID
 def test_rows_go_step_by_step_and_either_page_stops(pages: tuple[Page, Page], plain: Running) -> None:
     first, second = pages
     first.get_by_label("step by step").check()

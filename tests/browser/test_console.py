@@ -10,7 +10,7 @@ import pytest
 from playwright.sync_api import Browser, Page, expect
 
 from tests.browser.test_themes import told
-from tests.support.page_steps import as_shown, figure, held
+from tests.support.page_steps import RIGID, as_shown, figure, held
 from tests.support.server import Running
 from tests.support.spoken import current, say, say_at
 from tests.support.waiting import until
@@ -53,6 +53,7 @@ def test_a_layout_is_reached_by_a_key_and_kept(console: Page, look: Keep) -> Non
     expect(console.locator("#panel-telemetry")).to_be_visible()
 
 
+@RIGID
 def test_the_palette_does_what_can_be_done_and_says_why_not(console: Page, quiet: Running, look: Keep) -> None:
     console.locator("#footfall-x").focus()
     find_act(console, "chleg4")
@@ -257,6 +258,7 @@ def test_the_scene_goes_back_along_the_timeline_and_returns(console: Page, quiet
     assert [one["event"] for one in asked] == [last - 1, last - 2, None]
 
 
+@RIGID
 def test_the_ghost_goes_where_the_rover_was(console: Page, quiet: Running) -> None:
     plan = held(quiet, "/sessions/current/plans/current")["plan"]
     travel = [np.abs(np.subtract(b, a)).max() for a, b in zip(plan["waypoints"], plan["waypoints"][1:], strict=False)]

@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 from playwright.sync_api import Locator, Page, expect
 
-from tests.support.page_steps import commanded, held, planned, press, sequenced
+from tests.support.page_steps import RIGID, commanded, held, planned, press, sequenced
 from tests.support.server import Running
 from tests.support.waiting import until
 
@@ -130,6 +130,7 @@ def test_a_wheel_that_will_not_leave_the_ground_is_told(console: Page, quiet: Ru
     look("too-soft")
 
 
+@RIGID
 def test_by_keyboard_alone_and_out_of_date_after_another_plan(console: Page, quiet: Running, look: Keep) -> None:
     console.locator("#h-plan").click()  # focus away from fields
     console.keyboard.press("r")

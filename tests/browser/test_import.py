@@ -5,6 +5,7 @@ from pathlib import Path
 
 from playwright.sync_api import Page, expect
 
+from tests.support.page_steps import RIGID
 from tests.support.server import Running
 from tests.support.waiting import until
 
@@ -23,6 +24,7 @@ def import_by_palette(console: Page, path: Path) -> None:
     chooser.value.set_files(path)
 
 
+@RIGID
 def test_a_row_that_was_changed_into_a_collision_is_marked(console: Page, quiet: Running, tmp_path: Path, look) -> None:
     before = commands(quiet)
     console.get_by_label("Export as").select_option("csv")
@@ -41,7 +43,7 @@ def test_a_row_that_was_changed_into_a_collision_is_marked(console: Page, quiet:
     last = len(before["commands"])
     row = console.locator("#commands tbody tr").nth(last - 1)
     expect(row).to_have_class("failing")
-    expect(row).to_contain_text("leg2_wheel cuts 0.068 m into terrain")
+    expect(row).to_contain_text("leg4_wheel cuts 0.087 m into terrain")
     expect(console.locator("#sequence-start")).to_be_visible()
     expect(console.locator("#sequence-start")).to_contain_text("doesn't say where they start")
     expect(console.get_by_role("button", name="Arm", exact=True)).to_be_disabled()

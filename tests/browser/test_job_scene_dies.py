@@ -7,8 +7,9 @@ import pytest
 from playwright.sync_api import Browser, Page, expect
 
 from tests.support.drawing import Drawing, drawn
-from tests.support.page_steps import held, lay_out, press
+from tests.support.page_steps import RIGID, held, lay_out, press
 from tests.support.server import Running
+from tests.support.spoken import current
 from tests.support.waiting import until
 
 pytestmark = pytest.mark.scene
@@ -23,7 +24,7 @@ def page(chromium: Browser, drawing: Drawing, served: Running) -> Iterator[Page]
     faults: list[str] = []
     page.on("pageerror", lambda error: faults.append(str(error)))
     page.goto(f"{served.url}/?fixedDpr=0.5")
-    page.get_by_text("Stepping over a rock", exact=True).wait_for()
+    page.get_by_text(current(served).state.name, exact=True).wait_for()
     expect(page.locator("#scene-note")).to_be_hidden()
     until(lambda: drawing.servers[0].get_clients(), "the scene's page")
     yield page
@@ -31,6 +32,7 @@ def page(chromium: Browser, drawing: Drawing, served: Running) -> Iterator[Page]
     assert not faults
 
 
+@RIGID
 def test_commands_telemetry_and_stop_outlive_the_scene(
     page: Page, served: Running, drawing: Drawing, look: Callable[[str], None]
 ) -> None:

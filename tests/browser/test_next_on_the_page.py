@@ -9,7 +9,7 @@ from playwright.sync_api import Page, expect
 from footfall.session import commanding
 from footfall.session.gate import machine
 from tests.browser.test_console_access import violations
-from tests.support.page_steps import SESSION, as_shown, held, press
+from tests.support.page_steps import RIGID, SESSION, as_shown, held, press
 from tests.support.server import Running
 from tests.support.waiting import BOUND_MS
 
@@ -23,6 +23,7 @@ def patient(monkeypatch: pytest.MonkeyPatch) -> None:
         monkeypatch.setattr(module, "ARMED_FOR", 3600.0)
 
 
+@RIGID
 def test_a_click_on_what_sends_sends_nothing_and_a_stop_comes_before_it(
     page: Page, served: Running, look: Keep
 ) -> None:
@@ -43,6 +44,7 @@ def test_a_click_on_what_sends_sends_nothing_and_a_stop_comes_before_it(
     look("stopped")
 
 
+@RIGID
 def test_why_a_run_waits_is_said_once(page: Page, look: Keep) -> None:
     press(page, "Arm")
     page.locator("#send").click()

@@ -13,8 +13,9 @@ from playwright.sync_api import Browser, Page, Route, expect
 from footfall.session.gate_notices import GateNotices
 from footfall.session.storage.sqlite_log import SqliteLog
 from footfall.telemetry.link import ErrorMessage
-from tests.support.page_steps import held, lay_out, press
+from tests.support.page_steps import RIGID, held, lay_out, press
 from tests.support.server import Running, running_server
+from tests.support.spoken import current
 from tests.support.waiting import until
 
 OUTPUTS = Path(__file__).resolve().parents[2] / "test-outputs" / "screenshots"
@@ -27,11 +28,12 @@ def bare(chromium: Browser, quiet: Running) -> Iterator[Page]:
     lay_out(context)
     page = context.new_page()
     page.goto(quiet.url)
-    page.get_by_text("Stepping over a rock", exact=True).wait_for()
+    page.get_by_text(current(quiet).state.name, exact=True).wait_for()
     yield page
     context.close()
 
 
+@RIGID
 def test_a_run_survives_a_reload_and_a_killed_rover_is_told(bare: Page, quiet: Running) -> None:
     quiet.rover.start()
     expect(bare.locator("#status-mode")).to_have_text("idle")

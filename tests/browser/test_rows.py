@@ -3,7 +3,10 @@
 from playwright.sync_api import Page, Route, expect
 
 from footfall.planning.step.problem import StepSettings
+from footfall.session.products.kinds import EDIT
+from tests.support.page_steps import RIGID
 from tests.support.server import Running
+from tests.support.spoken import current
 from tests.support.waiting import until
 
 DRAWN = "async () => (await import('/js/page.js')).modules['store.js'].changed()"
@@ -14,11 +17,12 @@ def commands(quiet: Running) -> list[dict]:
         return client.get("/sequences/current").json()["commands"]
 
 
+@RIGID
 def test_a_row_is_split_moved_and_undone(console: Page, quiet: Running) -> None:
     before = commands(quiet)
     expect(console.locator("#row-edit")).to_be_hidden()
     console.get_by_role("button", name="Row 3", exact=True).click()
-    expect(console.locator("#row-title")).to_have_text(f"Row 3: {before[2]['name']} leg 2, {before[2]['phase']}")
+    expect(console.locator("#row-title")).to_have_text(f"Row 3: LEG_MOVE leg 4, {before[2]['phase']}")
     console.get_by_role("button", name="Split", exact=True).click()
     until(lambda: len(commands(quiet)) == len(before) + 1, "two halves")
     halves = commands(quiet)[2:4]
@@ -44,6 +48,7 @@ def test_a_row_is_split_moved_and_undone(console: Page, quiet: Running) -> None:
     until(lambda: commands(quiet) == before, "without it")
 
 
+@RIGID
 def test_a_row_is_copied_and_the_copy_changed(console: Page, quiet: Running) -> None:
     before = commands(quiet)
     console.get_by_role("button", name="Row 3", exact=True).click()
@@ -85,27 +90,32 @@ def test_what_was_typed_stays_until_the_server_has_answered(console: Page, quiet
     expect(joint).to_have_value(turned)
 
 
+@RIGID
 def test_a_joint_beyond_its_limit_is_marked(console: Page, quiet: Running) -> None:
     before = commands(quiet)
-    console.get_by_role("button", name="Row 2", exact=True).click()
-    field = console.get_by_label("knee pitch of row 2 [rad]", exact=True)
-    expect(field).to_have_value(f"{before[1]['joints'][2]:.4f}")
+    console.get_by_role("button", name="Row 3", exact=True).click()
+    field = console.get_by_label("knee pitch of row 3 [rad]", exact=True)
+    expect(field).to_have_value(f"{before[2]['joints'][2]:.4f}")
     field.fill("9")
     field.press("Enter")
-    until(lambda: commands(quiet)[1]["joints"][2] == 9, "the edit")
-    row = console.locator("#commands tbody tr").nth(1)
+    until(lambda: commands(quiet)[2]["joints"][2] == 9, "the edit")
+    row = console.locator("#commands tbody tr").nth(2)
     expect(row).to_have_class("failing")
     expect(row).to_contain_text("knee_pitch")
     expect(console.get_by_role("button", name="Arm", exact=True)).to_be_disabled()
     console.get_by_role("button", name="Undo", exact=True).click()
     until(lambda: commands(quiet) == before, "what was there first")
-    expect(field).to_have_value(f"{before[1]['joints'][2]:.4f}")
+    expect(field).to_have_value(f"{before[2]['joints'][2]:.4f}")
 
 
+@RIGID
 def test_a_collision_that_was_edited_in_is_marked_and_shown_by_the_ghost(console: Page, quiet: Running) -> None:
+    live = current(quiet)
+    while live.state.sequence and live.state.kind_of(live.state.sequence) is EDIT:
+        live.sequences.undo()
+    expect(console.locator("#scrub-read")).to_contain_text("of the plan")
     before = commands(quiet)
     last = len(before)
-    expect(console.locator("#scrub-read")).to_contain_text("of the plan")
     console.get_by_role("button", name=f"Row {last}", exact=True).click()
     field = console.get_by_label(f"hip pitch of row {last} [rad]", exact=True)
     field.fill(f"{before[-1]['joints'][1] + 0.2:.4f}")

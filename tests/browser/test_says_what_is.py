@@ -83,7 +83,7 @@ def test_a_verdict_goes_with_what_it_judged(console: Page, quiet: Running) -> No
 
 
 def test_commands_that_were_carried_out_are_not_armed(console: Page, quiet: Running) -> None:
-    expect(console.locator("#make-sequence")).to_have_text("Make commands: leg 2")
+    expect(console.locator("#make-sequence")).to_have_text("Make commands: leg 2, for sag")
     carried_out(quiet)
     count = len(held(quiet, "/sequences/current")["commands"])
     complete = f"Sequence complete ({count} of {count}): make new commands."
@@ -99,7 +99,7 @@ def test_commands_that_were_carried_out_are_not_armed(console: Page, quiet: Runn
 
 def test_the_button_names_what_it_makes_commands_of_and_makes_that(console: Page, quiet: Running) -> None:
     make = console.locator("#make-sequence")
-    expect(make).to_have_text("Make commands: leg 2")
+    expect(make).to_have_text("Make commands: leg 2, for sag")
     console.locator("#panel-what-if summary").click()
     console.locator("#shift-dz").fill("-0.02")
     made(quiet, "body_move", lambda: press(console, "Check the move"))

@@ -114,15 +114,16 @@ def test_what_smoothing_changed_is_told(console: Page, quiet: Running, look: Kee
 
 
 def test_step_or_walk_is_played_as_chosen_until_something_newer_is_made(console: Page, quiet: Running) -> None:
+    step = held(quiet)["sequence"]  # these hold the pose, so they are looked at before their plan
     made = walked(quiet)
     live = quiet.sessions.current
     assert live is not None
     plays = console.get_by_label("What the ghost plays")
     expect(plays).to_have_value("walk")
     plays.select_option("step")
-    until(lambda: held(quiet)["played"] == held(quiet)["plan"]["digest"], "the step")
+    until(lambda: held(quiet)["played"] == step, "the step")
     expect(console.locator("#strip")).to_be_hidden()
-    expect(console.locator("#scrub-read")).to_contain_text("of the plan")
+    expect(console.locator("#scrub-read")).to_contain_text("of the commands")
     plays.select_option("walk")
     until(lambda: held(quiet)["played"] == made["digest"], "the walk")
     # what would be sent is looked at before what is only planned

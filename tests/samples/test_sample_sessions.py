@@ -14,7 +14,7 @@ from footfall.resources import sample_sessions_folder
 FOLDER = sample_sessions_folder()
 SAMPLES = sorted(path.name for path in FOLDER.iterdir() if (path / "session.json").is_file())
 KINDS = {
-    "rock-step": {"terrain", "maps", "plan", "sequence", "export"},
+    "rock-step": {"terrain", "maps", "plan", "execution", "sequence", "export"},
     "rock-walk": {"terrain", "walk", "foot_moves", "export"},
     "rappel": {"walk"},
     "fractal-step": {"maps", "plan", "execution", "sequence"},

@@ -290,8 +290,8 @@ def test_an_old_folder_is_moved_once_and_is_the_same_session(work, sample):
 
 
 def test_a_torn_last_line_of_an_old_log_is_left_out_and_told(work):
-    store = SessionStore(old_folder(work / "old", b'{"seq":10,"ty'))
-    assert len(store.events) == 10
+    store = SessionStore(old_folder(work / "old", b'{"seq":11,"ty'))
+    assert len(store.events) == 11
     assert store.repairs[0]["bytes"] == 13
     store.close()
 
@@ -327,7 +327,7 @@ def test_a_move_that_was_cut_short_is_completed(work, monkeypatch, step):
         with pytest.raises(Dies):
             SessionStore(folder)
     store = SessionStore(folder)
-    assert (len(store.events), store.repairs) == (10, [])
+    assert (len(store.events), store.repairs) == (11, [])
     store.close()
     assert not (folder / "events.jsonl").exists()
 

@@ -22,7 +22,7 @@ def test_a_print_is_where_the_last_lowering_row_ends(athlete):
     assert print_.leg == leg
     there = wheel_centers(athlete, sequence.predicted[lowering[-1]])[leg]
     found = apply(print_.T_site_base, wheel_centers(athlete, print_.posture))[leg]
-    assert np.array_equal(found, apply(sequence.T_site_base, there))
+    assert np.array_equal(found, apply(sequence.poses[lowering[-1]], there))
     # without that row there is none, nor where it only began or failed
     assert tracks([one for one in everything if one.row != lowering[-1]], {"a": sequence}.__getitem__) == ()
     assert tracks([record(lowering[-1], "failed"), record(lowering[-1], "started")], {"a": sequence}.__getitem__) == ()

@@ -4,12 +4,15 @@ import json
 import re
 from collections.abc import Callable
 
+import pytest
 from playwright.sync_api import BrowserContext, Page, expect
 
 from tests.support.server import Running
 from tests.support.waiting import until
 
 SESSION = "/sessions/current"
+RIGID = pytest.mark.parametrize("sample", ["edited-export"])
+"""For a sample whose commands are a rigid rover's: rows move one leg, and a rover without springs takes them."""
 STEPS = "plan a step"
 """The layout for single steps; the page is delivered with another."""
 LAID_OUT = """layout => {

@@ -5,6 +5,7 @@ from typing import Any, cast
 
 import numpy as np
 
+from footfall.sequence.commands import Sequence
 from footfall.session.live import LiveSession
 from footfall.telemetry.state import RobotState, TelemetryFrame
 from tests.support.server import Running
@@ -17,7 +18,10 @@ def current(served: Running) -> LiveSession:
 
 
 def say(served: Running, number: int, **changes: Any) -> RobotState:
-    """Telemetry as of the state that the session plans from, but for ``changes`` of it."""
+    """Telemetry as of the state that the session plans from, but for ``changes`` of it.
+
+    Set points are those that the present commands start from, where these hold the pose.
+    """
     return say_at(None, served, number, **changes)
 
 
@@ -27,5 +31,7 @@ def say_at(at: float | None, served: Running, number: int, **changes: Any) -> Ro
     assert live.state.state is not None
     before = cast(RobotState, live.get(live.state.state))
     state = replace(before, **{name: np.asarray(item, float) for name, item in changes.items()})
-    live.rover.take_telemetry(TelemetryFrame(number, state, before.posture), at)
+    commands = live.get(live.state.sequence) if live.state.sequence else None
+    rest = commands.at_rest if isinstance(commands, Sequence) else None
+    live.rover.take_telemetry(TelemetryFrame(number, state, before.posture if rest is None else rest.set_points), at)
     return state
