@@ -26,7 +26,7 @@ from training.route import NO_START, Choose, Route, robot, route_from, walked
 
 METRES = 6.0
 """Of a route that is learned from."""
-SETTINGS = ChoiceSettings(space=StateSpace(traversability=(0.05, 0.25), slope_ahead=(0.05,), lean=(0.05,)))
+SETTINGS = ChoiceSettings(space=StateSpace(traversability=(0.05, 0.25), slope_ahead=(0.05,), lean=(0.05,), sides=True))
 """Few classes, so that each is seen often: of a hundred routes of 6 m come about a thousand iterations."""
 
 

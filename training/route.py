@@ -11,7 +11,7 @@ import numpy as np
 import footfall
 from footfall.core.errors import InvalidInput
 from footfall.planning.choice.choice_settings import ChoiceSettings
-from footfall.planning.choice.ground_layers import features_at, ground_of
+from footfall.planning.choice.ground_layers import features_at, ground_of, offset_of
 from footfall.planning.choice.iteration import iterate, onto_of
 from footfall.planning.choice.reward import Came
 from footfall.planning.choice.state import Features
@@ -20,7 +20,7 @@ from training.grounds import ground
 
 ARRIVED, STUCK, TOO_LONG, NO_START = "arrived", "stuck", "too long", "no start"
 MOST_REFUSED = 4
-"""Refusals in a row after which a route ends: as many as there are actions."""
+"""Refusals in a row after which a route ends."""
 PATIENCE = 4.0
 """How many times the iterations that a route needs at least it may take."""
 AT_GOAL = 0.15
@@ -84,7 +84,7 @@ def walked(seed: int, metres: float, choose: Choose, settings: ChoiceSettings) -
         if refused == MOST_REFUSED:
             return Route(seed, STUCK, tuple(decisions), planning)
         action, begun = choose(features), time.process_time()
-        done = iterate(robot(), dem, state, action, goal, settings, seed=number)
+        done = iterate(robot(), dem, state, action, goal, settings, number, offset_of(action, features))
         planning += time.process_time() - begun
         state, refused = done.state, refused + 1 if done.came.refused else 0
         onto = onto_of(state, goal, settings.ahead)

@@ -9,7 +9,7 @@ from hypothesis import strategies as st
 from shapely.geometry import MultiPoint
 
 import footfall
-from footfall.planning.choice.actions import TRIPOD, WAVE
+from footfall.planning.choice.actions import OFFSET, TRIPOD, TRIPOD_ASIDE, WAVE
 from footfall.planning.choice.choice_settings import ChoiceSettings
 from footfall.planning.choice.iteration import iterate, mishap_of, onto_of, support_of
 from footfall.planning.choice.reward import Came
@@ -73,6 +73,30 @@ def test_what_is_refused_leaves_the_rover_where_it_stands(athlete):
     assert done.state is state
     assert done.plan is None
     assert "torque" in done.reason
+
+
+@pytest.mark.parametrize("side", [1.0, -1.0])
+def test_an_iteration_aside_is_a_tripod_to_there_and_wins_less_way(side, athlete):
+    dem = rolling()
+    state, goal = footfall.stand(athlete, dem), np.array([3.0, 0.0])
+    done = iterate(athlete, dem, state, TRIPOD_ASIDE, goal, SETTINGS, offset=side * OFFSET)
+    assert done.plan is not None, done.reason
+    assert all(len(group) == 3 for group in done.plan.groups if len(group) > 1)
+    to = state.T_site_base[:2, 3] + 0.6 * np.array([np.cos(OFFSET), side * np.sin(OFFSET)])
+    np.testing.assert_allclose(done.state.T_site_base[:2, 3], to, atol=0.02)
+    assert 0.45 < done.came.distance < 0.6
+
+
+@given(st.floats(-9.0, 9.0), st.floats(-9.0, 9.0), st.floats(0.2, 1.0), st.sampled_from([OFFSET, -OFFSET]))
+def test_aside_is_turned_from_the_goal_and_never_farther_than_that(x, y, ahead, offset):
+    """Second method: lengths and the angle between."""
+    goal, state = np.array([x, y]), resting()
+    away = np.hypot(x, y)
+    onto = onto_of(state, goal, ahead, offset)
+    assert np.hypot(*onto) == pytest.approx(min(ahead, away))
+    if away > 1e-6:
+        turned = np.arctan2(x * onto[1] - y * onto[0], onto @ goal)
+        assert turned == pytest.approx(offset)
 
 
 @given(st.floats(-9.0, 9.0), st.floats(-9.0, 9.0), st.floats(0.2, 1.0))

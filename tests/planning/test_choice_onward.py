@@ -6,7 +6,7 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from footfall.core.errors import InvalidInput
-from footfall.planning.choice.actions import ACTIONS, RIPPLE, TRIPOD, WALK, WAVE
+from footfall.planning.choice.actions import ACTIONS, ASIDE, RIPPLE, TRIPOD, WALK, WAVE
 from footfall.planning.choice.choice_settings import ChoiceSettings
 from footfall.planning.choice.mdp import SeenTransition
 from footfall.planning.choice.onward import CHOOSERS, COMMANDED, GAITS, PLANNER, TABLE, require_chooser, way_of
@@ -42,6 +42,7 @@ def test_the_best_that_can_be_commanded_is_taken(order):
     assert action == next(name for name in order if name in COMMANDED)
     assert f"the table has {order[0]} as best" in why
     assert ("several feet at once" in why) == (order[0] in (TRIPOD, RIPPLE))
+    assert ("goes aside" in why) == (order[0] in ASIDE)
 
 
 def test_where_neither_was_tried_it_is_the_walk_planner():
@@ -52,7 +53,7 @@ def test_all_of_a_table_s_own_actions_are_its_choices():
     policy = table(wave=0.0, ripple=0.5, tripod=0.5, walk=0.2)
     assert policy.best_of(EASY, ACTIONS) == policy.choose(EASY) == RIPPLE
     assert (policy.choices == ACTIONS.index(RIPPLE)).all()
-    assert np.isfinite(policy.action_values).all()
+    assert (np.isfinite(policy.action_values) == [one not in ASIDE for one in ACTIONS]).all()
 
 
 def test_refusals():

@@ -10,9 +10,18 @@ from hypothesis import strategies as st
 from footfall.core.errors import InvalidBundle, InvalidInput
 from footfall.io.artifacts import encode
 from footfall.io.policies import read_policy, write_policy
-from footfall.planning.choice.actions import ACTION_TEXTS, ACTIONS, TRIPOD, WALK
+from footfall.planning.choice.actions import (
+    ACTION_TEXTS,
+    ACTIONS,
+    OFFSET,
+    TRIPOD,
+    TRIPOD_ASIDE,
+    WALK,
+    WALK_ASIDE,
+    WAYS,
+)
 from footfall.planning.choice.choice_settings import ChoiceSettings
-from footfall.planning.choice.ground_layers import features_at, ground_of
+from footfall.planning.choice.ground_layers import features_at, ground_of, offset_of
 from footfall.planning.choice.mdp import SeenTransition
 from footfall.planning.choice.policy import VERSION, learned, require_made_for
 from footfall.planning.choice.state import Features, StateSpace
@@ -21,10 +30,10 @@ from footfall.terrain.from_arrays import from_heights
 limits = st.lists(st.integers(-8, 8), max_size=3, unique=True).map(
     lambda some: tuple(0.125 * one for one in sorted(some))
 )
-spaces = st.builds(StateSpace, traversability=limits, slope_ahead=limits, lean=limits, age=limits)
+spaces = st.builds(StateSpace, traversability=limits, slope_ahead=limits, lean=limits, age=limits, sides=st.booleans())
 numbers = st.floats(-2.0, 2.0)
 seen_features = st.builds(
-    Features, numbers, numbers, numbers, numbers, current=st.sampled_from(ACTIONS), refused=st.booleans()
+    Features, numbers, numbers, numbers, numbers, st.sampled_from(ACTIONS), st.booleans(), numbers, st.booleans()
 )
 SETTINGS = ChoiceSettings(space=StateSpace((0.5,)))
 ROBOT = "0" * 32
@@ -37,7 +46,9 @@ def test_states_are_the_same_where_all_classes_are(space, one, other):
     def classes(features):
         names = ("traversability", "slope_ahead", "lean", "age")
         counts = [sum(getattr(features, name) >= limit for limit in getattr(space, name)) for name in names]
-        return (*counts, int(features.refused), ACTIONS.index(features.current))
+        above = sum(limit <= features.aside for limit in space.traversability) > counts[0]
+        current = {TRIPOD_ASIDE: TRIPOD, WALK_ASIDE: WALK}.get(features.current, features.current)
+        return (*counts, int(space.sides and above), int(features.refused), WAYS.index(current))
 
     assert space.index(one) == np.ravel_multi_index(classes(one), space.shape)
     assert (space.index(one) == space.index(other)) == (classes(one) == classes(other))
@@ -52,6 +63,9 @@ def test_a_state_in_words():
     space = StateSpace(traversability=(0.2, 0.6))
     told = space.in_words(space.index(Features(0.3, current=TRIPOD, refused=True)))
     assert told == "0.2 ≤ traversability < 0.6, after tripod that was refused"
+    aside = replace(space, sides=True)
+    told = aside.in_words(aside.index(Features(0.1, aside=0.9, current=WALK_ASIDE)))
+    assert told == "traversability < 0.2, better aside, after walk"
 
 
 def transitions(rng: np.random.Generator, count: int = 60) -> list[SeenTransition]:
@@ -113,6 +127,7 @@ def test_tables_of_others_are_refused(tmp_path):
         (lambda: StateSpace((0.5, 0.5)), "rise"),
         (lambda: StateSpace(age=(float("nan"),)), "finite"),
         (lambda: StateSpace().index(Features(float("nan"))), "not a number"),
+        (lambda: StateSpace(sides=True).index(Features(0.5, aside=float("nan"))), "not a number"),
         (lambda: StateSpace().index(Features(0.5, current="trot")), "one of"),
         (lambda: ChoiceSettings(discount=1.0), "below 1"),
         (lambda: ChoiceSettings(speed=1.5), "at most 1"),
@@ -155,9 +170,25 @@ def test_one_bad_place_near_the_way_counts_and_one_beyond_it_does_not(athlete):
     assert away.traversability > 0.9
 
 
+@pytest.mark.parametrize("side", [1.0, -1.0])
+def test_the_better_side_is_known_and_is_where_an_action_aside_goes(side, athlete):
+    """A rock beside the way: the ground to the other side is better, by the same look straight there."""
+    beside = ground_of(athlete, ground(lambda x, y: 0.0 * x)).around + 0.1
+    rock = ground_of(athlete, ground(lambda x, y: np.where(np.hypot(x - 2.0, y + side * beside) < 0.3, 0.4, 0.0), 7.0))
+    onto = np.array([1.5, 0.0])
+    found = features_at(rock, at(0, 0), onto)
+    assert found.left == (side > 0)
+    assert found.traversability < 0.5 < found.aside
+    turned = 1.5 * np.array([np.cos(side * OFFSET), np.sin(side * OFFSET)])
+    assert found.aside == pytest.approx(features_at(rock, at(0, 0), turned).traversability)
+    assert [offset_of(one, found) for one in (TRIPOD_ASIDE, WALK_ASIDE)] == [side * OFFSET] * 2
+    assert {offset_of(one, found) for one in WAYS} == {0.0}
+
+
 def test_unknown_ground_and_the_edge_of_the_map_are_bad(athlete):
     hole = ground_of(athlete, ground(lambda x, y: np.where(np.hypot(x, y - 1.0) < 0.2, np.nan, 0.0)))
     assert features_at(hole, at(0, 0), np.array([0.6, 0.0])).traversability < 0.9
     level = ground_of(athlete, ground(lambda x, y: 0.0 * x))
     assert features_at(level, at(0, 0), np.array([0.6, 0.0])).traversability == pytest.approx(1.0)
-    assert features_at(level, at(5.5, 0), np.array([6.1, 0.0])).traversability == 0.0
+    over = features_at(level, at(5.5, 0), np.array([6.1, 0.0]))
+    assert over.traversability == over.aside == 0.0

@@ -1,15 +1,16 @@
-"""The ground as a choice sees it: what is least, steepest and oldest under the rover and where it goes next."""
+"""The ground as a choice sees it: what is least, steepest and oldest under the rover and where it may go next."""
 
 import math
 from dataclasses import dataclass
 
 import numpy as np
 
-from footfall.core.arrays import Array
+from footfall.core.arrays import Array, Mask
+from footfall.core.frames import rotation
 from footfall.core.grid import GridGeometry
 from footfall.maps.layers import MapSettings
 from footfall.maps.traversability import traversability
-from footfall.planning.choice.actions import WALK
+from footfall.planning.choice.actions import ASIDE, OFFSET, WALK
 from footfall.planning.choice.state import Features
 from footfall.planning.route.cost import reach
 from footfall.robot.model import Robot
@@ -50,7 +51,8 @@ def features_at(
 ) -> Features:
     """Features of a rover that goes straight on.
 
-    Those of the ground under it from here to there, as far around as its wheels are. Beyond the map nothing is known.
+    Those of the ground under it from here to there, as far around as its wheels are, and of what is as far aside.
+    Beyond the map nothing is known.
 
     Args:
         ground: layers of the map.
@@ -65,15 +67,35 @@ def features_at(
     here, lean = T_site_base[:2, 3], math.acos(min(1.0, max(-1.0, float(T_site_base[2, 2]))))
     way = np.asarray(onto, np.float64) - here
     length = float(np.hypot(*way))
-    centers = ground.geometry.centers() - here
-    along = np.clip(centers @ way / max(length, 1e-9) ** 2, 0.0, 1.0)
-    under = np.hypot(*np.moveaxis(centers - along[..., None] * way, -1, 0)) <= ground.around
-    if not under.any() or _leaves(ground, here, here + way):
-        return Features(0.0, 0.0, lean, 0.0, current, refused)
+    left, right = (_least(ground, here, rotation("z", sign * OFFSET)[:2, :2] @ way) for sign in (1.0, -1.0))
+    aside = {"aside": max(left, right), "left": left >= right}
+    under = _under(ground, here, way)
+    if not under.any():
+        return Features(0.0, 0.0, lean, 0.0, current, refused, **aside)
     rises = ground.gradient[under] @ (way / max(length, 1e-9))
     rise = float(np.nanmean(rises)) if np.isfinite(rises).any() else 0.0
     least, oldest = float(ground.good[under].min()), float(ground.ages[under].max())
-    return Features(least, math.atan(rise), lean, oldest, current, refused)
+    return Features(least, math.atan(rise), lean, oldest, current, refused, **aside)
+
+
+def offset_of(action: str, features: Features) -> float:
+    """By how much an action turns away from the goal, to the left positive [rad]."""
+    if action not in ASIDE:
+        return 0.0
+    return OFFSET if features.left else -OFFSET
+
+
+def _least(ground: GroundLayers, here: Array, way: Array) -> float:
+    under = _under(ground, here, way)
+    return float(ground.good[under].min()) if under.any() else 0.0
+
+
+def _under(ground: GroundLayers, here: Array, way: Array) -> Mask:
+    """Cells (rows, cols) that are as near to the way as wheels are; none where some of that is not on the map."""
+    centers = ground.geometry.centers() - here
+    along = np.clip(centers @ way / max(float(way @ way), 1e-18), 0.0, 1.0)
+    near = np.hypot(*np.moveaxis(centers - along[..., None] * way, -1, 0)) <= ground.around
+    return near & (not _leaves(ground, here, here + way))
 
 
 def _leaves(ground: GroundLayers, here: Array, there: Array) -> bool:

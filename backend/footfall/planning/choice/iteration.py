@@ -7,10 +7,11 @@ import numpy as np
 
 from footfall.balance.support import support_polygon
 from footfall.core.arrays import Array
+from footfall.core.frames import rotation
 from footfall.core.polygon import area
 from footfall.planning.answers import Status
 from footfall.planning.body.after import state_after
-from footfall.planning.choice.actions import WALK
+from footfall.planning.choice.actions import WALK, way_of_going
 from footfall.planning.choice.choice_settings import ChoiceSettings
 from footfall.planning.choice.reward import Came
 from footfall.planning.choice.seconds import seconds_of
@@ -46,25 +47,35 @@ class Iteration:
     timed_out: bool = False
 
 
-def onto_of(state: RobotState, goal: Array, ahead: float) -> Array:
+def onto_of(state: RobotState, goal: Array, ahead: float, offset: float = 0.0) -> Array:
     """Where the next iteration goes to.
 
     Args:
         state: how the rover stands.
         goal: (2,) in site [m].
-        ahead: how far it goes, straight to the goal [m].
+        ahead: how far it goes [m].
+        offset: by how much it turns away from the goal, to the left positive [rad].
 
     Returns:
-        (2,) in site [m], the goal itself where that is nearer.
+        (2,) in site [m], straight ahead the goal itself where that is nearer.
     """
     here = state.T_site_base[:2, 3]
     away = float(np.hypot(*(goal - here)))
+    if offset:
+        return here + rotation("z", offset)[:2, :2] @ (goal - here) * (min(away, ahead) / max(away, 1e-9))
     # what is left after this one is not to be shorter than half of it
     return np.array(goal, np.float64) if away <= 1.5 * ahead else here + (goal - here) * (ahead / away)
 
 
 def iterate(
-    robot: Robot, dem: Dem, state: RobotState, action: str, goal: Array, settings: ChoiceSettings, seed: int = 0
+    robot: Robot,
+    dem: Dem,
+    state: RobotState,
+    action: str,
+    goal: Array,
+    settings: ChoiceSettings,
+    seed: int = 0,
+    offset: float = 0.0,
 ) -> Iteration:
     """Go on towards a goal by one action.
 
@@ -79,6 +90,7 @@ def iterate(
         goal: (2,) in site [m].
         settings: how far an iteration goes, and how fast.
         seed: of the walk planner.
+        offset: by how much it turns away from the goal, to the left positive [rad].
 
     Returns:
         What came of it.
@@ -86,13 +98,14 @@ def iterate(
     Raises:
         InvalidInput: arguments make no sense.
     """
-    to = onto_of(state, np.asarray(goal, np.float64), settings.ahead)
-    if action == WALK:
+    to = onto_of(state, np.asarray(goal, np.float64), settings.ahead, offset)
+    way = way_of_going(action)
+    if way == WALK:
         asked = WalkGoal(float(to[0]), float(to[1]), within=WITHIN)
         result = plan_walk(robot, dem, state, asked, seed=seed, settings=settings.walks)
         mishap = ""
     else:
-        result = plan_gait(robot, dem, state, (float(to[0]), float(to[1])), action, settings.gaits)
+        result = plan_gait(robot, dem, state, (float(to[0]), float(to[1])), way, settings.gaits)
         mishap = mishap_of(result.failure.check_name) if result.failure else ""
     plan = result.plan
     if plan is None:

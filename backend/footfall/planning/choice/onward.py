@@ -3,7 +3,7 @@
 from collections.abc import Callable, Mapping
 
 from footfall.core.errors import InvalidInput
-from footfall.planning.choice.actions import WALK
+from footfall.planning.choice.actions import ASIDE, WALK
 from footfall.planning.choice.policy import GaitPolicy, require_made_for
 from footfall.planning.choice.state import Features
 from footfall.planning.gait.problem import WAVE
@@ -16,7 +16,7 @@ CHOOSERS: Mapping[str, str] = {
 }
 """In words."""
 COMMANDED = (WAVE, WALK)
-"""Actions that commands are made of: sequences move one foot at a time."""
+"""Actions that pieces of a walk are gone by: commands move one foot at a time, and pieces go straight."""
 
 
 def require_chooser(chooser: str, policy: GaitPolicy | None, robot: str) -> None:
@@ -42,4 +42,5 @@ def way_of(chooser: str, policy: GaitPolicy | None, seen: Callable[[], Features]
     state = policy.settings.space.in_words(policy.settings.space.index(features))
     if best in COMMANDED:
         return own, f"the table has {own} as best for {state}"
-    return own, f"the table has {best} as best for {state}; that moves several feet at once, so {own}, the next best"
+    why = "that goes aside" if best in ASIDE else "that moves several feet at once"
+    return own, f"the table has {best} as best for {state}; {why}, so {own}, the next best"

@@ -12,7 +12,7 @@ from footfall.planning.choice.choice_settings import ChoiceSettings
 from footfall.planning.choice.mdp import SeenTransition, estimated, value_iteration
 from footfall.planning.choice.state import Features
 
-VERSION = 1
+VERSION = 2
 """Of the meaning of a table: features, actions and their order."""
 LEARN_AGAIN = "learn one with `python -m training.gait_policy`"
 

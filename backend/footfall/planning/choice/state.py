@@ -1,7 +1,8 @@
 """The state that a choice is made in: what the ground and the rover are like, in classes, and the current gait.
 
 P. Mihelich has two features: the least traversability under the rover, and the current gait. Added to them is whether
-the iteration before was refused, as the same one would be refused again; slope ahead, lean and age where asked for.
+the iteration before was refused, as the same one would be refused again; slope ahead, lean, age, and whether the
+ground to one side is better, where asked for.
 """
 
 import math
@@ -11,7 +12,7 @@ from itertools import pairwise
 
 from footfall.core.errors import InvalidInput
 from footfall.core.value import Value, value
-from footfall.planning.choice.actions import ACTIONS, WALK
+from footfall.planning.choice.actions import ACTIONS, WALK, WAYS, way_of_going
 
 CLASSED = ("traversability", "slope_ahead", "lean", "age")
 """Features that are numbers, in the order in which tables have them."""
@@ -24,7 +25,8 @@ class Features:
     traversability: least under the rover and where it goes next, 0…1, unknown ground 0. slope_ahead: rise of the ground
     along the way [rad], uphill positive. lean: of the chassis from level [rad]. age: of the oldest ground there [s], 0
     where the map does not say. current: one of ACTIONS, that of the iteration before; refused: whether a check refused
-    that. A rover that has not gone yet stands as after a walk.
+    that. A rover that has not gone yet stands as after a walk. aside: least traversability where an action aside would
+    go; left: whether that is to the left.
     """
 
     traversability: float
@@ -33,19 +35,23 @@ class Features:
     age: float = 0.0
     current: str = WALK
     refused: bool = False
+    aside: float = 0.0
+    left: bool = True
 
 
 @value
 class StateSpace(Value):
     """Limits between the classes of each feature, rising; a number at a limit is of the class above it.
 
-    Without limits a feature counts for nothing.
+    Without limits a feature counts for nothing. sides: whether it counts that the ground aside is of a better class
+    than straight ahead.
     """
 
     traversability: tuple[float, ...] = (0.05, 0.15, 0.25, 0.5)
     slope_ahead: tuple[float, ...] = ()
     lean: tuple[float, ...] = ()
     age: tuple[float, ...] = ()
+    sides: bool = False
 
     def check(self) -> None:
         """Raises InvalidInput for limits that don't rise or are not finite."""
@@ -56,8 +62,8 @@ class StateSpace(Value):
 
     @property
     def shape(self) -> tuple[int, ...]:
-        """Classes of CLASSED, refused or not, current gait."""
-        return (*(len(getattr(self, name)) + 1 for name in CLASSED), 2, len(ACTIONS))
+        """Classes of CLASSED, better aside or not, refused or not, how the iteration before was gone."""
+        return (*(len(getattr(self, name)) + 1 for name in CLASSED), 2 if self.sides else 1, 2, len(WAYS))
 
     @property
     def size(self) -> int:
@@ -68,19 +74,27 @@ class StateSpace(Value):
         """The number of a state, 0…size − 1. Raises InvalidInput where a feature is no number or no action."""
         if features.current not in ACTIONS:
             raise InvalidInput(f"the current gait is one of {', '.join(ACTIONS)}", current=features.current)
+        if math.isnan(features.aside):
+            raise InvalidInput("aside is not a number")
         number = 0
         for name, classes in zip(CLASSED, self.shape, strict=False):
             feature = getattr(features, name)
             if math.isnan(feature):
                 raise InvalidInput(f"{name} is not a number")
             number = number * classes + bisect_right(getattr(self, name), feature)
-        return (number * 2 + features.refused) * len(ACTIONS) + ACTIONS.index(features.current)
+        if self.sides:
+            straight = bisect_right(self.traversability, features.traversability)
+            number = number * 2 + (bisect_right(self.traversability, features.aside) > straight)
+        return (number * 2 + features.refused) * len(WAYS) + WAYS.index(way_of_going(features.current))
 
     def in_words(self, number: int) -> str:
         """A state in words, without features that count for nothing."""
-        number, current = divmod(number, len(ACTIONS))
+        number, current = divmod(number, len(WAYS))
         number, refused = divmod(number, 2)
-        said = [f"after {ACTIONS[current]}" + (" that was refused" if refused else "")]
+        said = [f"after {WAYS[current]}" + (" that was refused" if refused else "")]
+        if self.sides:
+            number, better = divmod(number, 2)
+            said += ["better aside"] * better
         for name, classes in reversed(tuple(zip(CLASSED, self.shape, strict=False))):
             number, own = divmod(number, classes)
             limits = getattr(self, name)
