@@ -9,10 +9,12 @@ import sys
 from collections.abc import Mapping, Sequence
 from pathlib import Path
 
+import footfall
 from footfall.io.policies import read_policy
 from footfall.planning.choice.choice_settings import ChoiceSettings
 from footfall.planning.choice.policy import GaitPolicy
 from footfall.planning.choice.reward import reward
+from footfall.terrain.dem import Dem
 from training.choosers import LEARNED, NAMES, chooser
 from training.command import add_who_makes, exit_code
 from training.finished import Finished, Item, completed
@@ -29,10 +31,10 @@ def total(route: Route, settings: ChoiceSettings) -> float:
     return sum(reward(one.came, settings.weights) for one in route.decisions)
 
 
-def compared(task: tuple[str, tuple[str, int, float, GaitPolicy]]) -> tuple[str, Item]:
-    """One route by one chooser."""
-    key, (name, seed, metres, policy) = task
-    route = walked(seed, metres, chooser(name, policy), policy.settings)
+def compared(task: tuple[str, tuple[str, int, float, GaitPolicy, Dem | None]]) -> tuple[str, Item]:
+    """One route by one chooser, over made ground or a part of a map."""
+    key, (name, seed, metres, policy, of) = task
+    route = walked(seed, metres, chooser(name, policy), policy.settings, of)
     return key, {"route": route.as_json, "planning": route.planning}
 
 
@@ -75,14 +77,18 @@ def main() -> int:
     parser.add_argument("policy", type=Path, help="file that training.gait_policy wrote")
     parser.add_argument("--routes", type=int, default=200)
     parser.add_argument("--metres", type=float, default=METRES, help="of each")
+    parser.add_argument("--map", type=Path, help="terrain file that the routes go over; made ground where none is said")
     add_who_makes(parser)
     parser.add_argument("--finished", type=Path, help="file of finished routes; default: beside the policy")
     asked = parser.parse_args()
     policy = read_policy(asked.policy, robot().digest)
-    path = asked.finished or asked.policy.with_suffix(".compared.jsonl")
+    map_of = None if asked.map is None else footfall.read_terrain(asked.map)
+    kind = ".compared" if asked.map is None else f".{asked.map.stem}"
+    path = asked.finished or asked.policy.with_suffix(f"{kind}.jsonl")
     seeds = UNSEEN[: asked.routes]
     of = {**what_rollouts_are_of(asked.metres, policy.settings), "policy": policy.digest}
-    tasks = [(f"{name} {seed}", (name, seed, asked.metres, policy)) for seed in seeds for name in NAMES]
+    of |= {} if map_of is None else {"map": map_of.digest}
+    tasks = [(f"{name} {seed}", (name, seed, asked.metres, policy, map_of)) for seed in seeds for name in NAMES]
     finished = Finished(path, of)
     items = completed(finished, tasks, compared, _tell, asked.processes, asked.scheduler)
     routes: dict[str, list[Route]] = {name: [] for name in NAMES}
@@ -91,7 +97,7 @@ def main() -> int:
         if route.ended != NO_START:
             routes[name].append(route)
     began = len(routes[LEARNED])
-    kinds = ", ".join(sorted({family(seed) for seed in seeds}))
+    kinds = ", ".join(sorted({family(seed) for seed in seeds})) if map_of is None else f"over {map_of.name}"
     print(f"{began} of {len(seeds)} routes of {asked.metres:g} m begin with a stance; {kinds}")
     if not began:
         return 1

@@ -1,4 +1,4 @@
-"""Ground to walk over, made of a seed: dunes, craters, boulders, fractals, each from easy to hard."""
+"""Ground to walk over: dunes, craters, boulders, fractals, made of a seed from easy to hard, and parts of maps."""
 
 import math
 from collections.abc import Callable, Mapping
@@ -6,14 +6,22 @@ from collections.abc import Callable, Mapping
 import numpy as np
 
 from footfall.core.arrays import Array
+from footfall.core.errors import InvalidInput
+from footfall.core.frames import rotation
 from footfall.core.value import Provenance
 from footfall.terrain.dem import Dem
+from footfall.terrain.from_arrays import from_heights
 from footfall.terrain.generate import fractal
+from footfall.terrain.ground.surface import height_at
 from footfall.terrain.rocks import add_rocks, draw_rocks
 
 RESOLUTION = 0.1
 BEYOND, WIDE = 12.0, 12.0
 """How much longer than a route the ground is, and how wide [m]."""
+AROUND = 4.0
+"""How much of a map is known around a route over it [m]."""
+PLACES = 2000
+"""Places and directions of a map that are tried."""
 LEARNED, UNSEEN = range(10_000), range(10_000, 20_000)
 """Seeds to learn from, and those that policies are compared on."""
 
@@ -27,9 +35,35 @@ def ground(seed: int, metres: float) -> Dem:
     return Dem(made.heights, made.geometry, f"{name} {seed}", Provenance({}, seed=seed))
 
 
+def part_of(dem: Dem, seed: int, metres: float) -> Dem:
+    """A part of a map, turned and moved so that a route of so many metres goes straight to the east through (0, 0).
+
+    Its place and direction are drawn with the seed; between the map's cells heights are those of its surface. Raises
+    InvalidInput where no part is known that is long and wide enough.
+    """
+    rng = np.random.default_rng((seed, *b"part of a map"))
+    length, width = metres + 2.0 * AROUND, 2.0 * AROUND
+    x, y = np.meshgrid(_places(length), _places(width))
+    west, south, east, north = dem.geometry.bounds
+    for _ in range(PLACES):
+        middle = rng.uniform((west, south), (east, north))
+        turned = np.stack([x, y], axis=-1) @ rotation("z", rng.uniform(-math.pi, math.pi))[:2, :2].T + middle
+        heights = height_at(dem, turned[..., 0], turned[..., 1])
+        if np.isfinite(heights).all():
+            name = f"{dem.name} {seed}"
+            return from_heights(heights.astype(np.float32), RESOLUTION, -0.5 * length, -0.5 * width, name)
+    raise InvalidInput(
+        f"of {dem.name} no part of {length:g} × {width:g} m is known; take shorter routes or another map"
+    )
+
+
 def family(seed: int) -> str:
     """The name of its family."""
     return tuple(FAMILIES)[seed % len(FAMILIES)]
+
+
+def _places(length: float) -> Array:
+    return np.linspace(-0.5 * length, 0.5 * length, round(length / RESOLUTION) + 1)
 
 
 def _dunes(size: tuple[float, float], rng: np.random.Generator) -> Dem:

@@ -16,7 +16,8 @@ from footfall.planning.choice.iteration import iterate, onto_of
 from footfall.planning.choice.reward import Came
 from footfall.planning.choice.state import Features
 from footfall.robot.model import Robot
-from training.grounds import ground
+from footfall.terrain.dem import Dem
+from training.grounds import ground, part_of
 
 ARRIVED, STUCK, TOO_LONG, NO_START = "arrived", "stuck", "too long", "no start"
 MOST_REFUSED = 4
@@ -66,9 +67,12 @@ def robot() -> Robot:
     return footfall.load_robot("athlete")
 
 
-def walked(seed: int, metres: float, choose: Choose, settings: ChoiceSettings) -> Route:
-    """The route of so many metres over the ground of a seed; choose: one of ACTIONS by what is seen."""
-    dem = ground(seed, metres)
+def walked(seed: int, metres: float, choose: Choose, settings: ChoiceSettings, of: Dem | None = None) -> Route:
+    """The route of so many metres over the ground of a seed, or over a part ``of`` a map.
+
+    choose: one of ACTIONS by what is seen. Raises InvalidInput where the map is too small.
+    """
+    dem = ground(seed, metres) if of is None else part_of(of, seed, metres)
     goal = np.array([0.5 * metres, 0.0])
     try:
         state = footfall.stand(robot(), dem, -0.5 * metres, 0.0)

@@ -17,11 +17,12 @@ from footfall.planning.choice.mdp import SeenTransition
 from footfall.planning.choice.policy import learned
 from footfall.planning.choice.reward import Came, RewardWeights, reward
 from footfall.planning.choice.state import Features, StateSpace
+from footfall.terrain.from_arrays import from_heights
 from training import choosers
 from training.evaluate import figures, total, verdicts
 from training.finished import Finished, completed
 from training.gait_policy import transitions, what_rollouts_are_of
-from training.grounds import FAMILIES, LEARNED, UNSEEN, family, ground
+from training.grounds import AROUND, FAMILIES, LEARNED, UNSEEN, family, ground, part_of
 from training.intervals import mean, ratio, share
 from training.route import ARRIVED, STUCK, Decision, Route, route_from
 
@@ -217,6 +218,33 @@ def test_grounds_are_made_of_their_seed(seed):
     assert (west, east) == pytest.approx((-8.0, 8.0))
     assert (south, north) == pytest.approx((-6.0, 6.0))
     assert np.isfinite(one.heights).all()
+
+
+def steep(size: float):
+    """A square map of a plane that rises by 0.3 towards north-east."""
+    x, y = np.meshgrid(*2 * [np.arange(0.0, size + 0.1, 0.25)])
+    return from_heights((0.3 * (x + y) / np.sqrt(2)).astype(np.float32), 0.25, 500.0, -40.0, "steep")
+
+
+@pytest.mark.parametrize("seed", range(4))
+def test_a_part_of_a_map_is_the_map_turned_and_moved(seed):
+    """A plane stays one, as steep, whichever way its part is turned."""
+    part = part_of(steep(40.0), seed, 5.0)
+    assert part.geometry.bounds == pytest.approx((-2.5 - AROUND, -AROUND, 2.5 + AROUND, AROUND))
+    x, y = np.meshgrid(part.geometry.xs, part.geometry.ys)
+    (east, north, _), (off, *_), *_ = np.linalg.lstsq(
+        np.stack([x, y, np.ones_like(x)], axis=-1).reshape(-1, 3), part.heights.ravel(), rcond=None
+    )
+    assert np.hypot(east, north) == pytest.approx(0.3, abs=1e-5)
+    assert off < 1e-6
+    assert part.digest == part_of(steep(40.0), seed, 5.0).digest
+    other = part_of(steep(40.0), seed + 1, 5.0)
+    assert part.heights.tobytes() != other.heights.tobytes()
+
+
+def test_a_map_without_so_much_known_ground_is_refused():
+    with pytest.raises(InvalidInput, match="no part of 18 × 8 m is known; take shorter routes"):
+        part_of(steep(15.0), 1, 10.0)
 
 
 def test_no_ground_is_both_learned_from_and_compared_on():

@@ -1,13 +1,16 @@
 """Short routes: they arrive, or say how they ended; from them to a table and a comparison by the commands."""
 
+import sys
 from dataclasses import replace
 
 import numpy as np
 import pytest
 
 from footfall.io.policies import read_policy
+from footfall.io.terrain_files import write_terrain
 from footfall.planning.choice.actions import TRIPOD
 from footfall.planning.choice.choice_settings import ChoiceSettings
+from footfall.terrain.from_arrays import from_heights
 from training import evaluate, gait_policy, route
 from training.choosers import NAMES
 from training.grounds import ground
@@ -66,3 +69,7 @@ def test_from_the_commands_to_a_comparison(tmp_path, monkeypatch, capsys):
     told = capsys.readouterr().out
     assert all(f"\n{name}: time per metre" in told for name in NAMES)
     assert told.count("no gain is shown") + told.count("learning gives") == len(NAMES) - 1
+    write_terrain(from_heights(np.zeros((120, 120), np.float32), 0.1, 0.0, 0.0, "plain"), tmp_path / "plain.tif")
+    monkeypatch.setattr("sys.argv", [*sys.argv, "--map", str(tmp_path / "plain.tif")])
+    assert evaluate.main() == 0
+    assert "1 of 1 routes of 0.6 m begin with a stance; over plain" in capsys.readouterr().out
