@@ -8,6 +8,7 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
+from footfall.io.policies import shipped_policy
 from footfall.planning.choice.actions import WALK as PLANNED
 from footfall.planning.choice.choice_settings import ChoiceSettings
 from footfall.planning.choice.onward import PLANNER, TABLE, require_chooser, way_of
@@ -79,9 +80,10 @@ class WaysOn:
         finish: Callable[[Job, str], str],
         at_rest: Callable[[], RobotState],
     ) -> None:
-        require_chooser(settings.choose_by, settings.policy, live.robot_digest)
+        policy = (settings.policy or shipped_policy(live.robot_digest)) if settings.choose_by == TABLE else None
+        require_chooser(settings.choose_by, policy, live.robot_digest)
         self._live, self._settings, self._finish, self._at_rest = live, settings, finish, at_rest
-        self._policy = settings.policy if settings.choose_by == TABLE else None
+        self._policy = policy
         self._choice = ChoiceSettings() if self._policy is None else self._policy.settings
         self._current = PLANNED
         self._ground: tuple[str, GroundLayers] | None = None

@@ -29,7 +29,7 @@ def require_chooser(chooser: str, policy: GaitPolicy | None, robot: str) -> None
     if chooser != TABLE:
         return
     if policy is None:
-        raise InvalidInput("there is no learned table: serve with `--policy FILE`, or choose by another")
+        raise InvalidInput("there is no learned table for this robot: serve with `--policy FILE`, or choose by another")
     require_made_for(policy, robot)
 
 
