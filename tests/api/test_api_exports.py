@@ -132,6 +132,9 @@ def require_read_back(client, sequence: Sequence, format: str, as_commanded: boo
     assert answer.headers["location"] == f"/api/v1/sequences/{read['id']}"
     assert client.get(answer.headers["location"].removeprefix("/api/v1")).json()["digest"] == read["digest"]
     assert read["commands"] == before["commands"]
+    # one leg steps, whichever joints move
+    (leg,) = set(read["legs"]) - {None}
+    assert all(one["leg"] in (None, leg) for one in read["commands"])
     assert read["valid"] is True
     assert read["starts_from"] == ("rover" if format in ("csv", "yamcs") else "file")
     assert undone(client, read) == before

@@ -328,6 +328,7 @@ def test_an_exported_page_plays_without_a_server(
         "[...document.querySelectorAll('#events, main')].every(one => one.scrollWidth <= one.clientWidth)"
     )
     expect(page.locator("#commands tbody tr")).to_have_count(len(held(quiet, "/sequences/current")["commands"]))
+    expect(page.locator("#commands tbody tr").first.locator("td").nth(2)).to_have_text("2")
     before = page.locator("#beside").evaluate("canvas => canvas.toDataURL()")
     page.locator("#scrub").fill("500")
     expect(page.locator("#scrub-read")).to_have_text("50 %")

@@ -48,6 +48,15 @@ def test_a_row_is_split_moved_and_undone(console: Page, quiet: Running) -> None:
     until(lambda: commands(quiet) == before, "without it")
 
 
+def test_of_a_step_with_the_pose_held_each_row_says_which_leg_steps(console: Page, quiet: Running) -> None:
+    assert commands(quiet)[2]["leg"] is None
+    leg = console.locator("#commands tbody tr").nth(2).locator("td").nth(2)
+    expect(leg).to_have_text("2")
+    expect(leg).to_have_attribute("title", "Leg 2 steps")
+    console.get_by_role("button", name="Row 3", exact=True).click()
+    expect(console.locator("#row-title")).to_have_text(f"Row 3: POSTURE_MOVE leg 2, {commands(quiet)[2]['phase']}")
+
+
 @RIGID
 def test_a_row_is_copied_and_the_copy_changed(console: Page, quiet: Running) -> None:
     before = commands(quiet)

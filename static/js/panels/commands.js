@@ -177,7 +177,7 @@ function drawTable(summary, sequence) {
   if (focused?.matches("input") || isOnItsWay()) return; // the rows stay under the hands of somebody who types
   drawn = key;
   if (!sequence) return;
-  $("commands").tBodies[0].replaceChildren(...sequence.commands.flatMap((command, row) => [groupRow(sequence, row), tableRow(command, row, broken, states.get(row), toldTether(sequence, row))]).filter(Boolean));
+  $("commands").tBodies[0].replaceChildren(...sequence.commands.flatMap((command, row) => [groupRow(sequence, row), tableRow(command, row, broken, states.get(row), toldTether(sequence, row), sequence.legs[row])]).filter(Boolean));
   if (focused) [...$("commands").querySelectorAll("button")].find((one) => one.ariaLabel === focused.ariaLabel)?.focus();
   follow();
 }
@@ -207,7 +207,7 @@ function toldTether({ tether_lengths: lengths }, row) {
 // A long name may go on in a second line behind its underscore.
 const breakable = (text) => text.split(/(?<=_)/).flatMap((part, i) => (i ? [element("wbr"), part] : [part]));
 
-function tableRow(command, row, broken, state, tether) {
+function tableRow(command, row, broken, state, tether, leg) {
   const mine = broken.filter((rule) => rule.row === row);
   const duration = element("input", {
     type: "number", min: "0", step: "any", value: asTyped(command.duration), ariaLabel: texts.secondsOf(row + 1),
@@ -224,7 +224,7 @@ function tableRow(command, row, broken, state, tether) {
       onclick: () => choose(row === chosenRow() ? null : row),
     })),
     element("td", {}, ...breakable((command.force === null ? command.name : texts.until(command.name, command.force)) + tether)),
-    element("td", { textContent: command.leg ?? (command.joints ? texts.all : "–") }),
+    element("td", { textContent: leg ?? (command.joints ? texts.all : "–"), title: command.leg === null && leg !== null ? texts.stepsOf(leg) : "" }),
     element("td", { textContent: command.phase || "–" }),
     element("td", {}, duration),
     element("td", { className: mine.length ? "no" : "sign", textContent: mine.length ? mine.map((rule) => rule.text).join(" ") : "✓" }),

@@ -62,7 +62,7 @@ function draw() {
   drawn = key;
   shown = row;
   const command = known.sequence.commands[row];
-  $("row-title").textContent = texts.rowTold(row + 1, command.name, command.leg, command.phase);
+  $("row-title").textContent = texts.rowTold(row + 1, command.name, known.sequence.legs[row], command.phase);
   $("row-joints").replaceChildren(...(command.joints ?? []).map((angle, joint) => jointField(command, row, joint, angle)));
 }
 

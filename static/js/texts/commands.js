@@ -55,6 +55,7 @@ export const tetherTo = (length) => `, tether to ${metres(length)}`;
 export const secondsOf = (row) => `Seconds of row ${row}`;
 export const until = (name, force) => `${name} until ${force} N more`;
 export const all = "all";
+export const stepsOf = (leg) => `Leg ${leg} steps`;
 export const deleteRow = (row) => `Delete row ${row}`;
 
 // -- the chosen row --------------------------------------------------------------------------------

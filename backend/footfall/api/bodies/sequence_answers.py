@@ -43,6 +43,8 @@ class FootMoveRows(TypedDict):
 class SequenceAnswer(TypedDict):
     """Commands, what each leads to, and every rule.
 
+    legs: that each row is about: the one it names, or, where all joints move, the one that steps; null where there is
+    none.
     way: how the rover is commanded, and whether its sag is predicted.
     export_formats: format → why it can't carry these commands, "" where it can.
     starts_from: what says from where they start: their plan, the file that they were read from, or the rover as it
@@ -57,6 +59,7 @@ class SequenceAnswer(TypedDict):
     valid: bool
     duration: float
     commands: tuple[Command, ...]
+    legs: list[int | None]
     start: Array
     predicted: Array
     set_points_before: Array | None

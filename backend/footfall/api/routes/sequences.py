@@ -22,6 +22,7 @@ from footfall.io.exports import export as encode
 from footfall.robot.model import Robot
 from footfall.sequence.commands import Command, Sequence
 from footfall.sequence.edit import Edit
+from footfall.sequence.moved_legs import moved_legs
 from footfall.session.answers.commands import ArmedAnswer, SentAnswer
 from footfall.session.live import LiveSession
 from footfall.session.products.kinds import IMPORT
@@ -233,6 +234,7 @@ def sequence_body(lineage: Lineage, digest: str, response: Response) -> Sequence
         "valid": sequence.valid,
         "duration": sequence.duration,
         "commands": sequence.commands,
+        "legs": moved_legs(sequence),
         "start": sequence.start,
         "predicted": sequence.predicted,
         "set_points_before": None if sequence.at_rest is None else sequence.at_rest.set_points,

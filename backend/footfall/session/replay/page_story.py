@@ -15,6 +15,7 @@ from footfall.maps.layers import LAYERS, MapStack
 from footfall.planning.step.problem import PlanResult, StepPlan
 from footfall.robot.model import Robot
 from footfall.sequence.commands import Sequence as Commands
+from footfall.sequence.moved_legs import moved_legs
 from footfall.session.answers.plans import PlanFigures
 from footfall.session.log.event import Event
 from footfall.session.log.fold import fold_all
@@ -84,7 +85,7 @@ class StoryMap(TypedDict):
 
 
 class StoryRow(TypedDict):
-    """One row of the commands."""
+    """One row of the commands; leg: that it is about, the one that steps where all joints move."""
 
     name: str
     leg: int | None
@@ -247,6 +248,7 @@ def _map_of(leg: int, plan: Event, events: Sequence[Event], get: Get) -> StoryMa
 
 def _sequence(sequence: Commands) -> StoryCommands:
     rows: list[StoryRow] = [
-        {"name": c.name, "leg": c.leg, "phase": c.phase, "duration": c.duration} for c in sequence.commands
+        {"name": c.name, "leg": leg, "phase": c.phase, "duration": c.duration}
+        for c, leg in zip(sequence.commands, moved_legs(sequence), strict=True)
     ]
     return {"digest": sequence.digest, "valid": sequence.valid, "duration": sequence.duration, "rows": rows}
