@@ -20,7 +20,7 @@ from training.command import add_who_makes, exit_code
 from training.finished import Finished, Item, completed
 from training.gait_policy import what_rollouts_are_of
 from training.grounds import UNSEEN, family
-from training.intervals import Interval, mean, ratio, share
+from training.intervals import Interval, in_words, mean, ratio, share
 from training.route import ARRIVED, NO_START, Route, robot, route_from, walked
 
 METRES = 20.0
@@ -60,12 +60,8 @@ def verdicts(routes: Mapping[str, Sequence[Route]], settings: ChoiceSettings) ->
         pairs = zip(routes[LEARNED], routes[name], strict=True)
         more = mean([total(own, settings) - total(other, settings) for own, other in pairs])
         said = "learning gives more" if more.low > 0 else "learning gives less" if more.high < 0 else "no gain is shown"
-        told.append(f"{LEARNED} − {name}: {_told(more)} reward a route; {said}")
+        told.append(f"{LEARNED} − {name}: {in_words(more)} reward a route; {said}")
     return told
-
-
-def _told(one: Interval) -> str:
-    return f"{one.at:.2f} ({one.low:.2f} … {one.high:.2f})"
 
 
 def _tell(text: str) -> None:
@@ -102,7 +98,7 @@ def main() -> int:
     if not began:
         return 1
     for name in NAMES:
-        told = "; ".join(f"{what} {_told(one)}" for what, one in figures(routes[name], policy.settings).items())
+        told = "; ".join(f"{what} {in_words(one)}" for what, one in figures(routes[name], policy.settings).items())
         print(f"{name}: {told}")
     print("\n".join(verdicts(routes, policy.settings)))
     return 0

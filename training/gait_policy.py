@@ -7,6 +7,7 @@ The same seeds give the same table to the last bit, whatever the number of proce
 import argparse
 import sys
 from collections.abc import Iterable, Sequence
+from dataclasses import replace
 from pathlib import Path
 
 import numpy as np
@@ -22,12 +23,15 @@ from footfall.planning.choice.state import StateSpace
 from training.command import add_who_makes, exit_code
 from training.finished import Finished, Item, completed
 from training.grounds import LEARNED
+from training.intervals import in_words, ratio, share
 from training.route import NO_START, Choose, Route, robot, route_from, walked
 
 METRES = 6.0
 """Of a route that is learned from."""
-SETTINGS = ChoiceSettings(space=StateSpace(traversability=(0.05, 0.25), slope_ahead=(0.05,), lean=(0.05,), sides=True))
+SETTINGS = ChoiceSettings(space=StateSpace(traversability=(0.05, 0.25), slope_ahead=(0.05,), lean=(0.05,)))
 """Few classes, so that each is seen often: of a hundred routes of 6 m come about a thousand iterations."""
+ASIDE = replace(SETTINGS, space=replace(SETTINGS.space, sides=True), actions=ACTIONS)
+"""Where it may also choose to go aside."""
 
 
 def what_rollouts_are_of(metres: float, settings: ChoiceSettings) -> Item:
@@ -77,7 +81,21 @@ def learn(
         _tell(f"{timed_out} searches were ended by the clock: on another machine the table may differ")
     no_start = sum(route.ended == NO_START for route in routes)
     _tell(f"{len(routes)} routes, {no_start} without a stance to begin from")
+    _tell("\n".join(tried(routes)))
     return learned(transitions(routes, settings), settings, robot().digest, len(seeds))
+
+
+def tried(routes: Iterable[Route]) -> list[str]:
+    """In words, what came of each action: how often it was refused, its mishaps, and how fast it goes."""
+    decisions = [one for route in routes for one in route.decisions]
+    told = []
+    for action in ACTIONS:
+        came = [one.came for one in decisions if one.action == action]
+        refused = in_words(share(sum(one.refused for one in came), len(came)))
+        mishaps = in_words(share(sum(bool(one.mishap) for one in came), len(came)))
+        pace = in_words(ratio([one.time for one in came], [one.distance for one in came]))
+        told.append(f"{action}: {len(came)} iterations; refused {refused}, mishaps {mishaps}; {pace} s/m")
+    return told
 
 
 def _tell(text: str) -> None:
@@ -88,12 +106,14 @@ def main() -> int:
     parser = argparse.ArgumentParser(description=__doc__)
     parser.add_argument("--seeds", type=int, default=200, help="how many routes")
     parser.add_argument("--metres", type=float, default=METRES, help="of each")
+    parser.add_argument("--aside", action="store_true", help="let it choose to go aside too; of the same routes")
     add_who_makes(parser)
     parser.add_argument("--out", type=Path, required=True, help="file of the table")
     parser.add_argument("--finished", type=Path, help="file of finished routes; default: beside --out")
     asked = parser.parse_args()
     path = asked.finished or asked.out.with_suffix(".routes.jsonl")
-    policy = learn(path, LEARNED[: asked.seeds], asked.metres, SETTINGS, asked.processes, asked.scheduler)
+    settings = ASIDE if asked.aside else SETTINGS
+    policy = learn(path, LEARNED[: asked.seeds], asked.metres, settings, asked.processes, asked.scheduler)
     write_policy(asked.out, policy)
     space = policy.settings.space
     for state in np.flatnonzero(policy.visits.any(axis=1)):

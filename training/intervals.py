@@ -47,3 +47,8 @@ def ratio(over: Sequence[float], under: Sequence[float]) -> Interval:
 def mean(numbers: Sequence[float]) -> Interval:
     """By the same draws; of differences between two policies on the same routes it is the paired interval."""
     return ratio(numbers, [1.0] * len(numbers))
+
+
+def in_words(one: Interval) -> str:
+    """What it is, and its interval."""
+    return f"{one.at:.2f} ({one.low:.2f} … {one.high:.2f})"

@@ -91,19 +91,19 @@ def test_every_chooser_can_be_asked_for():
     assert get_args(WalkLoopOrder.model_fields["choose_by"].annotation) == tuple(CHOOSERS)
 
 
-def test_a_learned_table_chooses_where_the_server_has_one(server, client, asked):
+def test_a_learned_table_chooses_the_server_s_own_or_the_robot_s(server, client, asked):
     by_table = {**GOAL, "choose_by": "table"}
     problem(client.post(LOOP, json={**GOAL, "choose_by": "whim"}), 422, "validation")
-    assert "--policy" in problem(client.post(LOOP, json=by_table), 422, "invalid-input")["detail"]
     seen = [SeenTransition(0, ACTIONS.index(WALK), 1.0, 0)]
     try:
         server.sessions.policy = learned(seen, ChoiceSettings(), "0" * 32, 1)
         assert "learned for robot 00000000" in problem(client.post(LOOP, json=by_table), 422, "invalid-input")["detail"]
-        server.sessions.policy = learned(seen, ChoiceSettings(), server.sessions.current.robot_digest, 1)
-        begun = client.post(LOOP, json=by_table)
-        assert (begun.status_code, begun.json()["choose_by"]) == (202, "table"), begun.text
-        assert client.post(f"{LOOP}/cancel").status_code == 200
-        until(lambda: client.get(LOOP).json()["state"] == "ended", "the end")
+        for policy in (learned(seen, ChoiceSettings(), server.sessions.current.robot_digest, 1), None):
+            server.sessions.policy = policy
+            begun = client.post(LOOP, json=by_table)
+            assert (begun.status_code, begun.json()["choose_by"]) == (202, "table"), begun.text
+            assert client.post(f"{LOOP}/cancel").status_code == 200
+            until(lambda: client.get(LOOP).json()["state"] == "ended", "the end")
     finally:
         server.sessions.policy = None
 

@@ -13,7 +13,7 @@ from footfall.planning.choice.onward import CHOOSERS, COMMANDED, GAITS, PLANNER,
 from footfall.planning.choice.policy import learned
 from footfall.planning.choice.state import Features, StateSpace
 
-SETTINGS = ChoiceSettings(space=StateSpace((0.5,)))
+SETTINGS = ChoiceSettings(space=StateSpace((0.5,)), actions=ACTIONS)
 ROBOT = "0" * 32
 EASY = Features(0.9)
 

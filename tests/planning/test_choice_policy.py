@@ -102,6 +102,16 @@ def test_what_was_never_tried_is_not_chosen():
     assert (policy.choices[~some] == ACTIONS.index(WALK)).all()
 
 
+def test_what_may_not_be_chosen_counts_for_nothing():
+    """A table of settings without an action is that of what was seen without it."""
+    seen = transitions(np.random.default_rng(4), 200)
+    straight = [one for one in seen if ACTIONS[one.action] in WAYS]
+    assert len(straight) < len(seen)
+    assert learned(seen, SETTINGS, ROBOT, 3).digest == learned(straight, SETTINGS, ROBOT, 3).digest
+    all_of_them = learned(seen, replace(SETTINGS, actions=ACTIONS), ROBOT, 3)
+    assert (all_of_them.visits.sum(), learned(seen, SETTINGS, ROBOT, 3).visits.sum()) == (len(seen), len(straight))
+
+
 def test_tables_of_others_are_refused(tmp_path):
     policy = learned(transitions(np.random.default_rng(2)), SETTINGS, ROBOT, 3)
     require_made_for(policy, ROBOT)
@@ -132,6 +142,8 @@ def test_tables_of_others_are_refused(tmp_path):
         (lambda: ChoiceSettings(discount=1.0), "below 1"),
         (lambda: ChoiceSettings(speed=1.5), "at most 1"),
         (lambda: ChoiceSettings(ahead=0.0), "ahead"),
+        (lambda: ChoiceSettings(actions=(WALK, "trot")), "some of wave"),
+        (lambda: ChoiceSettings(actions=(TRIPOD,)), "the walk planner among them"),
     ],
 )
 def test_misuse(make, words):

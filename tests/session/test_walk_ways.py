@@ -6,6 +6,7 @@ import numpy as np
 import pytest
 
 from footfall.core.errors import InvalidInput
+from footfall.io.policies import shipped_policy
 from footfall.planning.body.stand import stand
 from footfall.planning.choice.actions import ACTIONS, TRIPOD, WALK, WAVE
 from footfall.planning.choice.choice_settings import ChoiceSettings
@@ -104,10 +105,22 @@ def test_a_table_chooses_of_what_can_be_commanded_and_goes_with_the_session(live
     assert live.get(policy.digest).digest == policy.digest
 
 
+def test_without_a_table_of_one_s_own_the_robot_s_is_taken(live, rover):
+    shipped = shipped_policy(live.robot_digest)
+    assert shipped is not None
+    loop = live.walk_to(WalkGoal(0.8, 0.0), replace(UNSEEN, choose_by=TABLE))
+    assert ended(loop)[0] == "arrived"
+    assert {one["table"] for one in chosen(live)} == {shipped.digest}
+    assert "the table has" in chosen(live)[0]["why"]
+
+
 @pytest.mark.parametrize(
     ("change", "said"),
-    [({"choose_by": TABLE}, "no learned table"), ({"choose_by": "whim"}, "chosen by one of")],
-    ids=["no table", "no such"],
+    [
+        ({"choose_by": TABLE, "policy": tripods("0" * 32)}, "learned for robot 00000000"),
+        ({"choose_by": "whim"}, "chosen by one of"),
+    ],
+    ids=["another robot's table", "no such"],
 )
 def test_what_can_t_choose_begins_nothing(live, rover, change, said):
     with pytest.raises(InvalidInput, match=said):

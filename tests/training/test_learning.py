@@ -11,20 +11,22 @@ from hypothesis import strategies as st
 from scipy.stats import binomtest, bootstrap
 
 from footfall.core.errors import InvalidInput
+from footfall.io.policies import shipped_policy
 from footfall.planning.choice.actions import ACTIONS, TRIPOD, WALK, WAVE
 from footfall.planning.choice.choice_settings import ChoiceSettings
 from footfall.planning.choice.mdp import SeenTransition
-from footfall.planning.choice.policy import learned
+from footfall.planning.choice.policy import learned, require_made_for
 from footfall.planning.choice.reward import Came, RewardWeights, reward
 from footfall.planning.choice.state import Features, StateSpace
 from footfall.terrain.from_arrays import from_heights
 from training import choosers
 from training.evaluate import figures, total, verdicts
 from training.finished import Finished, completed
-from training.gait_policy import transitions, what_rollouts_are_of
+from training.gait_policy import SETTINGS as SHIPPED_SETTINGS
+from training.gait_policy import transitions, tried, what_rollouts_are_of
 from training.grounds import AROUND, FAMILIES, LEARNED, UNSEEN, family, ground, part_of
 from training.intervals import mean, ratio, share
-from training.route import ARRIVED, STUCK, Decision, Route, route_from
+from training.route import ARRIVED, STUCK, Decision, Route, robot, route_from
 
 SETTINGS = ChoiceSettings(space=StateSpace((0.3, 0.6)))
 SEEDS = range(6)
@@ -176,6 +178,17 @@ def replace_last(route: Route) -> Route:
     return replace(route, decisions=(*route.decisions[:-1], more))
 
 
+def test_what_was_tried_is_told_by_action():
+    routes = [made_route(seed) for seed in range(20)]
+    lines = dict(line.split(": ", 1) for line in tried(routes))
+    assert set(lines) == set(ACTIONS)
+    came = [one.came for route in routes for one in route.decisions if one.action == TRIPOD]
+    refused = sum(one.refused for one in came) / len(came)
+    pace = sum(one.time for one in came) / sum(one.distance for one in came)
+    assert lines[TRIPOD].startswith(f"{len(came)} iterations; refused {refused:.2f} (")
+    assert f"; {pace:.2f} (" in lines[TRIPOD]
+
+
 def test_rules_that_are_compared_with():
     assert [choosers.chooser(f"always {action}", None)(Features(0.1)) for action in (WAVE, TRIPOD, WALK)] == [
         WAVE,
@@ -245,6 +258,17 @@ def test_a_part_of_a_map_is_the_map_turned_and_moved(seed):
 def test_a_map_without_so_much_known_ground_is_refused():
     with pytest.raises(InvalidInput, match="no part of 18 × 8 m is known; take shorter routes"):
         part_of(steep(15.0), 1, 10.0)
+
+
+def test_the_table_that_ships_fits_the_default_robot_and_is_learned_as_the_command_does():
+    shipped = shipped_policy(robot().digest)
+    assert shipped is not None
+    require_made_for(shipped, robot().digest, SHIPPED_SETTINGS)
+    # what is chosen after an iteration that held was tried more than once or twice
+    chosen = shipped.visits[np.arange(len(shipped.visits)), shipped.choices]
+    assert np.median(chosen[chosen > 0]) >= 5
+    assert shipped.seeds >= 200
+    assert shipped_policy("0" * 32) is None
 
 
 def test_no_ground_is_both_learned_from_and_compared_on():

@@ -67,6 +67,7 @@ class GaitPolicy(Value):
 def learned(seen: Sequence[SeenTransition], settings: ChoiceSettings, robot: str, seeds: int) -> GaitPolicy:
     """The optimal policy of the process that was seen; robot: digest of whose iterations those were."""
     space = settings.space
+    seen = [one for one in seen if ACTIONS[one.action] in settings.actions]
     tried = np.zeros((space.size, len(ACTIONS)), np.int64)
     np.add.at(tried, ([one.state for one in seen], [one.action for one in seen]), 1)
     process = estimated(seen, space.size, len(ACTIONS), ACTIONS.index(WALK))
