@@ -23,6 +23,7 @@ from benchmarks.referee import at_rest
 from benchmarks.scenes import robot
 from benchmarks.walks.diary import Diary
 from footfall.core.errors import FootFallError, InvalidInput
+from footfall.planning.choice.onward import CHOOSERS, PLANNER
 from footfall.planning.walk.problem import WalkGoal, WalkSettings
 from footfall.planning.walk_execution.decision import WayOnSettings
 from footfall.sequence.commands import Sequence
@@ -211,6 +212,7 @@ def main() -> None:
     parser.add_argument("--keep", type=Path, help="folder in which the sessions are kept")
     parser.add_argument("--scale", type=float, default=0.5, help="of the cameras' resolution")
     parser.add_argument("--time-limit", type=float, default=60.0, help="of one plan [s]")
+    parser.add_argument("--choose-by", choices=tuple(CHOOSERS), default=PLANNER, help="how each piece is gone")
     parser.add_argument("--pairs", nargs="*", help="cameras that take images; all where none is named")
     asked = parser.parse_args()
     settings = LoopSettings(
@@ -218,6 +220,7 @@ def main() -> None:
         walk=WalkSettings(seed=1, time_limit=asked.time_limit),
         terrain=TerrainSettings(resolution=0.04, keep=True),
         pairs=None if asked.pairs is None else tuple(asked.pairs),
+        choose_by=asked.choose_by,
     )
     found = []
     for number in range(asked.first, asked.first + asked.walks):
