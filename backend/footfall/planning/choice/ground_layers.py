@@ -67,15 +67,17 @@ def features_at(
     here, lean = T_site_base[:2, 3], math.acos(min(1.0, max(-1.0, float(T_site_base[2, 2]))))
     way = np.asarray(onto, np.float64) - here
     length = float(np.hypot(*way))
-    left, right = (_least(ground, here, rotation("z", sign * OFFSET)[:2, :2] @ way) for sign in (1.0, -1.0))
+    centers = ground.geometry.centers() - here
+    turned = (rotation("z", sign * OFFSET)[:2, :2] @ way for sign in (1.0, -1.0))
+    left, right = (_least(ground, _under(ground, centers, here, to)) for to in turned)
     aside = {"aside": max(left, right), "left": left >= right}
-    under = _under(ground, here, way)
+    under = _under(ground, centers, here, way)
     if not under.any():
         return Features(0.0, 0.0, lean, 0.0, current, refused, **aside)
     rises = ground.gradient[under] @ (way / max(length, 1e-9))
     rise = float(np.nanmean(rises)) if np.isfinite(rises).any() else 0.0
-    least, oldest = float(ground.good[under].min()), float(ground.ages[under].max())
-    return Features(least, math.atan(rise), lean, oldest, current, refused, **aside)
+    oldest = float(ground.ages[under].max())
+    return Features(_least(ground, under), math.atan(rise), lean, oldest, current, refused, **aside)
 
 
 def offset_of(action: str, features: Features) -> float:
@@ -85,14 +87,16 @@ def offset_of(action: str, features: Features) -> float:
     return OFFSET if features.left else -OFFSET
 
 
-def _least(ground: GroundLayers, here: Array, way: Array) -> float:
-    under = _under(ground, here, way)
+def _least(ground: GroundLayers, under: Mask) -> float:
+    """Of the goodness of some cells, 0 where there are none."""
     return float(ground.good[under].min()) if under.any() else 0.0
 
 
-def _under(ground: GroundLayers, here: Array, way: Array) -> Mask:
-    """Cells (rows, cols) that are as near to the way as wheels are; none where some of that is not on the map."""
-    centers = ground.geometry.centers() - here
+def _under(ground: GroundLayers, centers: Array, here: Array, way: Array) -> Mask:
+    """Cells (rows, cols) that are as near to the way as wheels are; none where some of that is not on the map.
+
+    centers: of all cells, from here, (rows, cols, 2) [m].
+    """
     along = np.clip(centers @ way / max(float(way @ way), 1e-18), 0.0, 1.0)
     near = np.hypot(*np.moveaxis(centers - along[..., None] * way, -1, 0)) <= ground.around
     return near & (not _leaves(ground, here, here + way))
