@@ -15,6 +15,7 @@ from tests.support.drawing import Drawing
 from tests.support.laid_sample import lay_sample
 from tests.support.page_steps import STEPS, lay_out
 from tests.support.server import Running, running_server
+from tests.support.spoken import current
 from tests.support.waiting import BOUND, else_after, until
 
 FLAT = ["--disable-gpu"]
@@ -85,8 +86,7 @@ def served(tmp_path: Path, scene: bool, physics: bool, sample: str) -> Iterator[
     session = lay_sample(sample, tmp_path)
     with running_server(tmp_path, scene=scene, prepare=lambda s: s.open(session), physics=physics) as running:
         running.rover.start()
-        current = running.sessions.current
-        until(lambda: current is not None and current.rover.frame, "the first telemetry")
+        until(lambda: current(running).rover.frame, "the first telemetry")
         yield running
 
 
@@ -107,9 +107,7 @@ def opened(chromium: Browser, served: Running, query: str, layout: str | None = 
     page.on("pageerror", lambda error: faults.append(str(error)))
     page.on("response", lambda answer: faults.append(f"{answer.status} {answer.url}") if answer.status >= 500 else None)
     page.goto(f"{served.url}/?{query}")
-    current = served.sessions.current
-    assert current is not None
-    page.get_by_text(current.state.name, exact=True).wait_for()
+    page.get_by_text(current(served).state.name, exact=True).wait_for()
     yield page
     with else_after(BOUND / 4, kill_browsers):  # while its page is loaded anew, Chromium may close it never
         context.close()
