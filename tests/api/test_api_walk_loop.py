@@ -14,6 +14,7 @@ from footfall.planning.choice.mdp import SeenTransition
 from footfall.planning.choice.onward import CHOOSERS
 from footfall.planning.choice.policy import learned
 from footfall.planning.walk.problem import WalkGoal
+from footfall.session import loop_ways
 from footfall.session.registry import Sessions
 from footfall.telemetry.state import TelemetryFrame
 from footfall.terrain.generate import plane
@@ -91,9 +92,12 @@ def test_every_chooser_can_be_asked_for():
     assert get_args(WalkLoopOrder.model_fields["choose_by"].annotation) == tuple(CHOOSERS)
 
 
-def test_a_learned_table_chooses_the_server_s_own_or_the_robot_s(server, client, asked):
+def test_a_learned_table_chooses_the_server_s_own_or_the_robot_s(server, client, asked, monkeypatch):
     by_table = {**GOAL, "choose_by": "table"}
     problem(client.post(LOOP, json={**GOAL, "choose_by": "whim"}), 422, "validation")
+    with monkeypatch.context() as without:
+        without.setattr(loop_ways, "shipped_policy", lambda _: None)
+        assert "--policy" in problem(client.post(LOOP, json=by_table), 422, "invalid-input")["detail"]
     seen = [SeenTransition(0, ACTIONS.index(WALK), 1.0, 0)]
     try:
         server.sessions.policy = learned(seen, ChoiceSettings(), "0" * 32, 1)

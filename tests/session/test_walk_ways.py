@@ -15,6 +15,7 @@ from footfall.planning.choice.onward import GAITS, TABLE
 from footfall.planning.choice.policy import learned
 from footfall.planning.choice.state import StateSpace
 from footfall.planning.walk.problem import WalkGoal
+from footfall.session import loop_ways
 from footfall.session.products import kinds
 from footfall.session.replay.recompute import replay
 from tests.session.test_walk_loop import GOAL, UNSEEN, RigidRover, ended, rover
@@ -125,5 +126,13 @@ def test_without_a_table_of_one_s_own_the_robot_s_is_taken(live, rover):
 def test_what_can_t_choose_begins_nothing(live, rover, change, said):
     with pytest.raises(InvalidInput, match=said):
         live.walk_to(GOAL, replace(UNSEEN, **change))
+    assert live.walk_loop is None
+    assert rover.sent == []
+
+
+def test_by_a_table_nothing_begins_for_a_robot_that_has_none(live, rover, monkeypatch):
+    monkeypatch.setattr(loop_ways, "shipped_policy", lambda _: None)
+    with pytest.raises(InvalidInput, match="no learned table"):
+        live.walk_to(GOAL, replace(UNSEEN, choose_by=TABLE))
     assert live.walk_loop is None
     assert rover.sent == []
