@@ -10,6 +10,7 @@ import sys
 import tempfile
 import zipfile
 from collections.abc import Callable
+from dataclasses import replace
 from pathlib import Path
 
 from footfall.processor import LATE, choose_arithmetic  # isort: skip (it comes before numpy)
@@ -31,6 +32,7 @@ from footfall.sequence.edit import Edit
 from footfall.session.jobs.local import InlineJobs
 from footfall.session.live import LiveSession
 from footfall.session.registry import Sessions
+from footfall.sim.physics.rover import PhysicalRover
 from footfall.sim.render import render_snapshot
 from footfall.telemetry.state import RobotState
 from footfall.terrain.dem import Dem
@@ -38,6 +40,8 @@ from footfall.terrain.generate import fractal
 from footfall.terrain.rocks import add_rocks
 
 HERE = Path(__file__).resolve().parent
+HEIGHT_STEP = 2.0**-11
+"""[m]"""
 
 
 def wheel(robot: Robot, state: RobotState, leg: int) -> np.ndarray:
@@ -46,7 +50,10 @@ def wheel(robot: Robot, state: RobotState, leg: int) -> np.ndarray:
 
 
 def rocky_world(robot: Robot) -> tuple[Dem, RobotState]:
-    """Gentle ground with a 0.3 m rock beside the wheel of leg 2, as in the field test, and some farther off."""
+    """Gentle ground with a 0.3 m rock beside the wheel of leg 2, as in the field test, and some farther off.
+
+    Its heights are in steps of HEIGHT_STEP: a sample that brings it along stays small.
+    """
     level = fractal(size=9.0, resolution=0.025, roughness=0.02, hurst=0.9, seed=11)
     beside = wheel(robot, footfall.stand(robot, level), 2) + (0.42, -0.12)
     rocks = np.array(
@@ -59,8 +66,14 @@ def rocky_world(robot: Robot) -> tuple[Dem, RobotState]:
             [-2.6, 2.7, 0.3, 0.15],
         ]
     )
-    world = add_rocks(level, rocks)
-    return world, footfall.stand(robot, world)
+    rocky = add_rocks(level, rocks)
+    world = replace(rocky, heights=(np.round(rocky.heights / HEIGHT_STEP) * HEIGHT_STEP).astype(np.float32))
+    return world, at_rest(robot, world)
+
+
+def at_rest(robot: Robot, world: Dem) -> RobotState:
+    """How the rover in physics stands at the origin: as the one that comes with the session will, when it is opened."""
+    return PhysicalRover(robot, world, footfall.stand(robot, world)).state()
 
 
 def rock_step(session: LiveSession) -> None:
@@ -75,12 +88,13 @@ def rock_step(session: LiveSession) -> None:
     plan = session.plans.step(settings=StepSettings(seed=1)).finish()
     require(session, Status.FOUND)
     session.sequences.export(session.sequences.make(plan), "seqjson")
-    session.add_note("Leg 3 over the rock, as in the field test of 2008.")
+    session.add_note("Leg 2 over the rock, as in the field test of 2008.")
 
 
 def rock_walk(session: LiveSession) -> None:
     """From image pairs of half the size to the commands of a whole walk: one metre ahead, among the rocks."""
     world, state = rocky_world(session.robot)
+    session.terrains.load(world, "the simulated rover's world")
     session.rover.take_images(render_snapshot(session.robot, state, world, seed=1, scale=0.5))
     session.terrains.build().finish()
     walk = session.walks.plan(WalkGoal(1.0, 0.0, 0.0), WalkSettings(seed=2)).finish()
@@ -104,7 +118,7 @@ def rappel(session: LiveSession) -> None:
 def fractal_step(session: LiveSession) -> None:
     """A step on fractal ground, searched by SBL, with the support that survives the loss of any leg."""
     world = fractal(size=7.0, resolution=0.04, roughness=0.06, hurst=0.8, seed=5)
-    state = footfall.stand(session.robot, world)
+    state = at_rest(session.robot, world)
     session.terrains.load(world, "fractal ground")
     session.stances.set(state)
     session.maps.compute(1, MapSettings(conservative=True)).finish()
