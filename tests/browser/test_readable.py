@@ -46,9 +46,19 @@ def rgba(told: str) -> Color:
     return r, g, b, parts[3] if len(parts) > 3 else 1.0
 
 
+LONG_SEEN = """async () => {
+  const { known, changed } = (await import("/js/page.js")).modules["store.js"];
+  const summary = { ...known.summary, terrain: { ...known.summary.terrain, seen: 1e9 } };
+  Object.defineProperty(known, "summary", { get: () => summary, set: () => {} });
+  changed();
+}"""
+"""The ground was seen so long ago that new images are next, for which there is no rover."""
+
+
 @pytest.mark.parametrize("theme", FLOORS)
 def test_what_is_next_is_read_also_while_it_can_t_be_done(console: Page, theme: str) -> None:
     console.get_by_label("Theme").select_option(theme)
+    console.evaluate(LONG_SEEN)
     expect(console.locator("#next-act")).to_be_disabled()
     seen = console.evaluate(SEEN, "#next-act")
     under: Color = (0.0, 0.0, 0.0, 1.0)

@@ -15,9 +15,11 @@ SILENT = """async () => {
   const { changed, known } = (await import("/js/page.js")).modules["store.js"];
   window.fetch = (address, { signal } = {}) => new Promise((_, fail) => signal?.addEventListener("abort", fail));
   known.heardAt -= 38000;
+  known.summary = { ...known.summary, terrain: { ...known.summary.terrain, seen: Date.now() / 1000 - 100 } };
   changed();
 }"""
-"""No request is answered any more, and the last answer is 38 s old; the line of events is open still."""
+"""No request is answered any more, and the last answer is 38 s old; the line of events is open still. The ground was
+seen just before."""
 HOLDS = "Every rule holds."
 BROKEN = "a rule does not hold"
 
@@ -50,6 +52,9 @@ def test_of_a_silent_server_nothing_is_said_to_go_on(console: Page, quiet: Runni
     expect(console.locator("#conn-text")).to_contain_text("not known, the server has been silent for")
     expect(console.locator("#status-server")).to_contain_text("silent for")
     expect(console.locator("#status-match")).to_have_attribute("data-state", re.compile("stale|warn"))
+    ground = console.locator("#status-ground")
+    expect(ground).to_have_attribute("data-state", "stale")
+    expect(ground).to_have_text(re.compile(r"^\d min old, newer not known$"))
     good = console.locator("header [data-state=good], header [data-state=busy]")
     expect(good).to_have_count(0)
 

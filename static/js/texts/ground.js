@@ -22,6 +22,7 @@ export const leftOut = (pair, reason) => `${pair} left out: ${reason}`;
 export const none = "none";
 export const takeAndBuild = "No terrain yet: take images and build it, or load a file.";
 export const old = (since) => `${age(since)} old`;
+export const oldAtLeast = (since) => `${old(since)}, newer not known`;
 export const terrainTold = ({ name, cols, rows, resolution, known }, since, leg, maps) =>
   `${name}: ${cols} × ${rows} cells of ${resolution} m, ${percent(known)} known, ${old(since)}. Leg ${leg}: ${maps}.`;
 export const notColoured = "not coloured";
