@@ -252,6 +252,33 @@ def test_vtk_that_is_no_polydata_is_read_too(points, tmp_path):
         read_scan((tmp_path / "b.vtk").read_bytes(), "b.vtk")
 
 
+def test_a_volume_in_vtk_is_no_scan():
+    """The corners of its voxels were read as returns: ground as flat as its lid."""
+    head = "# vtk DataFile Version 3.0\nesdf\nASCII\nDATASET STRUCTURED_POINTS\nDIMENSIONS 4 4 3\n"
+    held = "ORIGIN 0 0 0\nSPACING 0.1 0.1 0.1\nPOINT_DATA 48\nSCALARS d float 1\nLOOKUP_TABLE default\n"
+    with pytest.raises(InvalidTerrain, match=r"holds cells .hexahedron., no scan"):
+        read_scan((head + held + "1.0\n" * 48).encode(), "a.vtk")
+
+
+@pytest.mark.parametrize("name", [name for name in FORMATS if name not in ("a.las", "a.laz")])
+def test_rays_without_a_return_make_no_ground_at_the_sensor(name, points):
+    """Many drivers write (0, 0, 0) for them: a pillar as high as the sensor stood where it stood."""
+    sensor = np.array([2.0, 1.5, 1.2])
+    rays = np.concatenate([points - sensor, np.zeros((len(points) // 4, 3))])
+    scan = read_scan(FORMATS[name](rays), name)
+    assert len(scan.points) == len(points)
+    assert scan.dropped == len(points) // 4
+    dem = terrain_from_scan(FORMATS[name](rays), name, unit="m", pose=[*sensor, 1, 0, 0, 0])
+    assert height_at(dem, 2.0, 1.5) == pytest.approx(0.3 * np.sin(2.0) + 0.15, abs=0.01)
+
+
+def test_one_point_at_the_origin_is_a_point_and_none_but_such_are_refused(points):
+    assert not points[0].any()
+    assert len(read_scan(text(points), "a.xyz").points) == len(points)
+    with pytest.raises(InvalidTerrain, match="which stands for no return"):
+        read_scan(text(np.zeros((3, 3))), "a.xyz")
+
+
 def test_units_multiply(points):
     dem = decode_terrain(text(points * 1000), "a.xyz", unit="mm", up="z", resolution=0.1)
     assert height_at(dem, 1.5, 2.0) == pytest.approx(0.3 * np.sin(1.5) + 0.2, abs=2e-3)

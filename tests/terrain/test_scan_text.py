@@ -24,6 +24,9 @@ POINTS = [[1.0, 2.0, 3.0], [4.0, 5.0, 7.0]]
         ("a.txt", "% made by x y z\n1 2 3\n4 5 7\n"),
         ("a.txt", "# x y z\n# of May\n1 2 3\n4 5 7\n"),
         ("a.txt", "2\n1 2 3\n4 5 7\n"),
+        ("a.txt", "//id X Y Z\n2\n9 1 2 3\n8 4 5 7\n"),
+        ("a.txt", "2\n# z x y\n3 1 2\n7 4 5\n"),
+        ("a.txt", "2\nx y z\n1 2 3\n4 5 7\n"),
         ("a.csv", "lat,lon,x,y,z\n46,7,1,2,3\n46,7,4,5,7\n"),
     ],
 )
@@ -38,12 +41,20 @@ def test_what_a_heading_calls_the_columns_they_are_in_a_comment_too(name, text):
         ("X,x,y,z\n1,2,3,4\n", "has x twice"),
         ("# x,y,z,z\n1,2,3,4\n", "has z twice"),
         ("3\n1 2 3\n4 5 6\n", "it states 3 points and holds 2"),
+        ("-1,5;-2,5;-3,5\n", "line 1, column 1 .x. has '-1,5', which is no number; write a point: -1.5"),
+        ("0,1,2,3\n1,4,5,7\n2,5,5,7\n", "first of the 4 columns of a.csv counts the rows, from 0 to 2,.*id,x,y,z"),
         ("# lon lat height\n7.5 46.1 500\n7.6 46.2 510\n", "calls its first columns lon, lat, height: reproject"),
     ],
 )
 def test_what_is_twice_cut_or_on_the_globe_is_refused(text, words):
     with pytest.raises(InvalidTerrain, match=words):
         read_scan(text.encode(), "a.csv")
+
+
+def test_a_first_column_that_counts_rows_is_x_where_a_heading_says_so_or_there_is_no_other():
+    rows = [[1.0, 2.0, 3.0], [2.0, 5.0, 7.0], [3.0, 6.0, 7.0]]
+    for text in ("1 2 3\n2 5 7\n3 6 7\n", "x,y,z,i\n1,2,3,9\n2,5,7,9\n3,6,7,9\n"):
+        np.testing.assert_array_equal(read_scan(text.encode(), "a.csv").points, rows)
 
 
 def test_a_ply_that_calls_its_coordinates_otherwise_is_told_so():

@@ -84,7 +84,10 @@ def scan_of(
     classes: Bytes | None = None,
     camera: bool = False,
 ) -> Scan:
-    """A scan of points (n, 3), those that are not finite left out; the rest as :class:`Scan` has it."""
+    """A scan of points (n, 3) without those that no return gave; the rest as :class:`Scan` has it.
+
+    Such points are not finite or, as many sensors write them, all in their origin: several at (0, 0, 0) exactly.
+    """
     points = np.ascontiguousarray(points, np.float64)
     if points.ndim != 2 or points.shape[1] != 3 or not len(points):
         raise InvalidTerrain(f"{name} has no points")
@@ -92,10 +95,15 @@ def scan_of(
     finite = np.isfinite(points).all(axis=1)
     if not finite.any():
         raise InvalidTerrain(f"none of the {len(points)} points of {name} has finite coordinates")
-    dropped = int((~finite).sum())
+    held = finite
+    if np.count_nonzero(at_origin := (points == 0.0).all(axis=1)) > 1:
+        held = finite & ~at_origin
+        if not held.any():
+            raise InvalidTerrain(f"all points of {name} that are finite are (0, 0, 0), which stands for no return")
+    dropped = int((~held).sum())
     if dropped:
-        points = points[finite]
-        classes = None if classes is None else classes[finite]
+        points = points[held]
+        classes = None if classes is None else classes[held]
     if np.abs(points).max() > MAX_COORDINATE:
         raise InvalidTerrain(f"{name} has coordinates beyond {MAX_COORDINATE:g}")
     return Scan(points, name, unit, up, classes, dropped, camera)
@@ -204,6 +212,7 @@ def rounding_of(content: bytes, name: str, points: Array) -> float:
 
 
 _SURFACES = ("triangle", "quad", "polygon")
+_OF_POINTS = ("vertex",)
 
 
 def _vtk(content: bytes, name: str) -> Scan:
@@ -219,6 +228,12 @@ def _vtk(content: bytes, name: str) -> Scan:
     held = sorted({block.type for block in read.cells if block.type.startswith(_SURFACES)})
     if held:
         raise InvalidTerrain(f"{name} holds a surface ({', '.join(held)}), no scan: write it as PLY, OBJ or STL")
+    other = sorted({block.type for block in read.cells} - {*_OF_POINTS})
+    if other:
+        raise InvalidTerrain(
+            f"{name} holds cells ({', '.join(other)}), no scan: their corners are no returns of the ground; write the "
+            "points of the ground alone"
+        )
     points = np.asarray(read.points, np.float64)
     return scan_of(points, name)
 

@@ -17,31 +17,46 @@ def read_points(content: bytes, name: str) -> Array:
     lines = content[:65536].decode("utf-8", "replace").lstrip("\ufeff").split("\n")
     if not lines:
         raise InvalidTerrain(f"{name} is empty")
-    comments = 0
-    while comments < len(lines) and (
-        not lines[comments].strip() or lines[comments].lstrip().startswith(("#", "//", "%"))
-    ):
-        comments += 1
-    if comments == len(lines):
+    skip, stated = _comments(lines, 0), 0
+    if skip < len(lines) and lines[skip].strip().isdecimal():
+        stated = int(lines[skip])  # how many points there are, as in PTS files
+        lines[skip] = ""
+        skip = _comments(lines, skip)
+    if skip == len(lines):
         raise InvalidTerrain(f"{name} has no rows of numbers")
-    first = lines[comments]
+    first = lines[skip]
     separator = next((s for s in (";", ",", "\t") if s in first), None)
     words = [word.strip().strip('"') for word in (first.split(separator) if separator else first.split())]
-    columns = (0, 1, 2)
-    skip, stated = comments, 0
-    if len(words) == 1 and words[0].isdecimal():
-        skip, stated = skip + 1, int(words[0])  # how many points there are, as in PTS files
-    elif any(number_of(word) is None for word in words[:3]):
-        if not any(word[:1].isdecimal() for word in words[:3]):
+    columns = None
+    if any(number_of(word) is None for word in words[:3]):
+        if not any(word.lstrip("+-.")[:1].isdecimal() for word in words[:3]):
             columns, skip = _columns(words, name), skip + 1
     elif len(words) < 3:
         raise InvalidTerrain(f"{name} needs three numbers in each row, there are {len(words)}")
     else:
-        columns = _columns_of_comment(lines[:comments], separator, len(words), name)
-    points = _numbers(content, separator, skip, columns, name)
+        columns = _columns_of_comment(lines[:skip], separator, len(words), name)
+    points = _numbers(content, separator, skip, columns or (0, 1, 2), name)
     if len(points) < stated:
         raise InvalidTerrain(f"{name} is cut: it states {stated} points and holds {len(points)}")
+    if columns is None and len(words) > 3 and _counts_rows(points[:, 0]):
+        raise InvalidTerrain(
+            f"the first of the {len(words)} columns of {name} counts the rows, from {points[0, 0]:g} to "
+            f"{points[-1, 0]:g}, and no heading says which columns are x, y and z: give it one, such as "
+            f"{(separator or ' ').join(['id', 'x', 'y', 'z'])}"
+        )
     return points
+
+
+def _comments(lines: list[str], first: int) -> int:
+    """Where the comments and empty lines end that begin at ``first``."""
+    while first < len(lines) and (not lines[first].strip() or lines[first].lstrip().startswith(("#", "//", "%"))):
+        first += 1
+    return first
+
+
+def _counts_rows(column: Array) -> bool:
+    """Whether a column is 0, 1, 2 … or 1, 2, 3 …: the number of a point, and no coordinate."""
+    return len(column) > 2 and column[0] in (0.0, 1.0) and bool((np.diff(column) == 1.0).all())
 
 
 def _columns(words: list[str], name: str) -> tuple[int, int, int]:
@@ -56,9 +71,12 @@ def _columns(words: list[str], name: str) -> tuple[int, int, int]:
     return found[0], found[1], found[2]
 
 
-def _columns_of_comment(comments: list[str], separator: str | None, count: int, name: str) -> tuple[int, int, int]:
-    """Which columns a heading in the last comment calls so; the first three where it is no heading of so many."""
-    last = comments[-1].lstrip("#/% \t") if comments else ""
+def _columns_of_comment(
+    comments: list[str], separator: str | None, count: int, name: str
+) -> tuple[int, int, int] | None:
+    """Which columns a heading in the last comment calls so; None where it is no heading of so many."""
+    said = [one for one in comments if one.strip()]
+    last = said[-1].lstrip("#/% \t") if said else ""
     for words in (last.split(separator), last.split()):
         plain = _plain(words)
         if len(words) != count:
@@ -69,7 +87,7 @@ def _columns_of_comment(comments: list[str], separator: str | None, count: int, 
             raise InvalidTerrain(
                 f"{name} calls its first columns {', '.join(words[:3])}: reproject them to metres on a map, such as UTM"
             )
-    return 0, 1, 2
+    return None
 
 
 _GLOBE = {"lon", "long", "longitude", "lat", "latitude"}

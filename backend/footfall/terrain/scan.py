@@ -23,7 +23,7 @@ class Scan(Value):
     """Points as a file has them.
 
     points: (n, 3), finite, in a frame and unit of their own. unit, up: as the file declares them, of UNITS and UPS;
-    None where it doesn't. classes: (n,) of LAS, or None. dropped: how many points had no finite coordinates.
+    None where it doesn't. classes: (n,) of LAS, or None. dropped: how many points were no return.
     camera: whether the frame is a camera's (z forward), so that only a pose can say where the ground is.
     step: in which the file keeps coordinates, where it says so [its unit].
     """
