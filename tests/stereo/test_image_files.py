@@ -106,3 +106,12 @@ def test_pairs_that_do_not_fit_are_refused(picture, tmp_path):
         read_pair(tmp_path / "left.png", tmp_path / "left.png", **{**CALIBRATION, "baseline": 0.0})
     with pytest.raises(InvalidImages, match="focal"):
         read_pair(tmp_path / "left.png", tmp_path / "left.png", **{**CALIBRATION, "focal_length": -5.0})
+
+
+def test_a_calibration_of_larger_images_is_refused(picture, tmp_path):
+    """Pairs half as large came out twice as far away."""
+    write_png(picture, tmp_path / "left.png")
+    height, width = picture.shape
+    twice = {**CALIBRATION, "cx": 0.98 * width, "cy": 1.02 * height}
+    with pytest.raises(InvalidImages, match=f"far corner of {width} × {height} pixels: it is of larger images"):
+        read_pair(tmp_path / "left.png", tmp_path / "left.png", **twice)

@@ -3,7 +3,8 @@
 ``.npz`` holds ``depth`` (rows, cols) [m], or whole numbers with their ``depth_scale``, not finite or not above zero
 where unknown, and either the calibration too (``focal_length`` or ``fx`` and ``fy``, ``cx``, ``cy`` [px]) or a file
 has it. ``.png`` has 16 bits, unknown where it has 0 or the count that it declares transparent; its calibration says
-``depth_scale``, the metres of one count.
+``depth_scale``, the metres of one count. The highest count of 16 bits, 65535, is unknown in both: no depth, or more
+than they hold.
 The image is rectified: it has no lens distortion.
 """
 
@@ -17,12 +18,16 @@ from PIL import Image
 
 from footfall.core.arrays import Array
 from footfall.core.errors import InvalidTerrain
-from footfall.io.image_files import MAX_PIXELS
+from footfall.io.image_files import MAX_PIXELS, of_larger_images
 from footfall.io.scan_files import scan_of
 from footfall.io.terrain_grid_files import check_npz_size
 from footfall.terrain.scan import Scan
 
 DEPTH_IMAGES = (".npz", ".png")
+_HIGHEST = 65535
+"""Count of 16 bits that stands for no depth, or for one beyond them."""
+_FAR = 100.0
+"""Floats that are all whole, half of them above this, are counts: no depth image is of so many metres sharp."""
 MEMBERS = ("focal_length", "fx", "fy", "cx", "cy", "depth_scale")
 
 
@@ -46,6 +51,12 @@ def read_depth(content: bytes, name: str, calibration: Mapping[str, object] | No
     cx, cy = (_number(members, one, name) for one in ("cx", "cy"))
     if fx <= 0 or fy <= 0:
         raise InvalidTerrain(f"the focal length of {name} must be above zero [px]")
+    rows, cols = depth.shape
+    if of_larger_images(cx, cy, cols, rows):
+        raise InvalidTerrain(
+            f"the calibration of {name} has its centre at ({cx:g}, {cy:g}), in the far corner of {cols} × {rows} "
+            "pixels: it is of larger images; bring focal length, cx and cy to the size of this one"
+        )
     row, col = np.indices(depth.shape, dtype=np.float64)
     with np.errstate(invalid="ignore"):
         z = np.where(np.isfinite(depth) & (depth > 0), depth * factor, np.nan)
@@ -70,7 +81,17 @@ def _npz(content: bytes, name: str) -> tuple[Array, dict[str, object], bool]:
     if depth.ndim != 2 or depth.dtype.kind not in "fiu" or not 0 < depth.size <= MAX_PIXELS:
         raise InvalidTerrain(f"depth of {name} needs rows × cols of real numbers [m], not {depth.dtype} {depth.shape}")
     own = {one: array.item() for one, array in found.items() if array.size == 1}
-    return depth.astype(np.float64), own, depth.dtype.kind in "iu"
+    whole = depth.dtype.kind in "iu" or _whole_floats(depth)
+    counts = depth.astype(np.float64)
+    if whole:
+        counts[counts == _HIGHEST] = np.nan
+    return counts, own, whole
+
+
+def _whole_floats(depth: Array) -> bool:
+    """Whether an image of floats holds counts, as of a picture of 16 bits that was turned to floats."""
+    known = depth[np.isfinite(depth) & (depth > 0)]
+    return len(known) > 0 and bool(np.median(known) > _FAR) and bool((known == np.rint(known)).all())
 
 
 def _png(content: bytes, name: str) -> Array:
@@ -83,6 +104,7 @@ def _png(content: bytes, name: str) -> Array:
             depth, clear = np.array(image, np.float64), image.info.get("transparency")
     except (OSError, SyntaxError, ValueError, Image.DecompressionBombError) as err:
         raise InvalidTerrain(f"{name} is damaged, or no PNG") from err
+    depth[depth == _HIGHEST] = np.nan
     if clear is not None:
         depth[depth == clear] = np.nan
     return depth

@@ -130,10 +130,16 @@ def read_pair(
         raise InvalidImages(f"pair {name}: the images have different sizes, {sizes}", pair=name)
     if not baseline > 0:
         raise InvalidImages(f"pair {name}: the baseline needs a length above zero [m]", baseline=baseline)
+    height, width = images[0].shape
+    if of_larger_images(cx, cy, width, height):
+        raise InvalidImages(
+            f"pair {name}: its calibration has its centre at ({cx:g}, {cy:g}), in the far corner of {width} × {height} "
+            "pixels: it is of larger images; bring focal_length, cx, cy and doffs to the size of these",
+            pair=name,
+        )
     T_left = np.array(LEVEL_FORWARD if T_base_camera is None else T_base_camera, float)
     T_right = T_left.copy()
     T_right[:3, 3] += baseline * T_left[:3, 0]
-    height, width = images[0].shape
     left_camera, right_camera = (
         Camera(f"{name} {side}", width, height, focal_length, focal_length, center, cy, T)
         for side, center, T in (("left", cx, T_left), ("right", cx + doffs, T_right))
@@ -141,6 +147,18 @@ def read_pair(
     T = np.eye(4) if T_site_base is None else np.asarray(T_site_base, float)
     return ImagePair(name, time, images[0], images[1], left_camera, right_camera, T)
 
+
+def of_larger_images(cx: float, cy: float, width: int, height: int) -> bool:
+    """Whether a calibration is of larger images than one of this size, for which it says no size [px].
+
+    Its centre lies in the far corner then, as that of one twice as large does. Parts that are cut out of an image have
+    theirs elsewhere: who cuts away the sky keeps what is below the centre.
+    """
+    return cx > _FAR_CORNER * width and cy > _FAR_CORNER * height
+
+
+_FAR_CORNER = 0.8
+"""Of the width and the height; centres of lenses lie at half of both, within some hundredths."""
 
 LEVEL_FORWARD = np.array([[0.0, 0.0, 1.0, 0.0], [-1.0, 0.0, 0.0, 0.0], [0.0, -1.0, 0.0, 0.0], [0.0, 0.0, 0.0, 1.0]])
 """T_base_camera of a camera at the base's origin that looks along +x with level image rows."""

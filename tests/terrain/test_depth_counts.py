@@ -1,0 +1,46 @@
+"""Depth images whose numbers are counts, no depth at all, or seen by another camera than their calibration says."""
+
+import io
+from typing import Any
+
+import numpy as np
+import pytest
+from PIL import Image
+
+from footfall.core.errors import InvalidTerrain
+from footfall.io.depth_files import read_depth
+
+
+def test_counts_of_depth_that_were_turned_to_floats_are_counts():
+    """The picture of 16 bit that was read and saved as floats: ground 1500 m away."""
+    members: dict[str, Any] = {"focal_length": 100.0, "cx": 1.0, "cy": 1.0}
+    for depth, far in ((np.full((2, 2), 1500.0), None), (np.full((2, 2), 2.0), 2.0), (np.full((2, 2), 150.5), 150.5)):
+        held = io.BytesIO()
+        np.savez(held, depth=depth, **members)
+        if far is None:
+            with pytest.raises(InvalidTerrain, match="depth_scale"):
+                read_depth(held.getvalue(), "a.npz")
+        else:
+            assert read_depth(held.getvalue(), "a.npz").points[:, 2].max() == far
+
+
+def test_the_highest_count_of_16_bits_is_no_depth():
+    """It was ground 65.5 m away."""
+    depth = np.array([[1500, 65535], [1600, 1700]], np.uint16)
+    calibration = {"focal_length": 100.0, "cx": 1.0, "cy": 1.0, "depth_scale": 0.001}
+    packed, picture = io.BytesIO(), io.BytesIO()
+    np.savez(packed, depth=depth)
+    Image.fromarray(depth).save(picture, "PNG")
+    for content, name in ((packed, "a.npz"), (picture, "a.png")):
+        scan = read_depth(content.getvalue(), name, calibration)
+        assert scan.points[:, 2].tolist() == [1.5, 1.6, 1.7]
+
+
+def test_a_calibration_of_larger_depth_images_is_refused():
+    """Points of an image half as large lay to one side of the camera, half as far apart."""
+    held = io.BytesIO()
+    np.savez(held, depth=np.full((240, 320), 2.0))
+    with pytest.raises(InvalidTerrain, match=r"centre at \(318, 241\), in the far corner of 320 × 240 pixels"):
+        read_depth(held.getvalue(), "a.npz", {"focal_length": 600.0, "cx": 318.0, "cy": 241.0})
+    for cx, cy in ((159.0, 121.0), (160.0, 230.0), (20.0, 15.0)):  # whole, without its lower half, a corner
+        read_depth(held.getvalue(), "a.npz", {"focal_length": 300.0, "cx": cx, "cy": cy})
