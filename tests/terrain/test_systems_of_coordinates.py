@@ -142,6 +142,8 @@ def points():
         ([(3072, 2)], "EPSG:2,"),
         ([(1024, 1), (2048, 4326), (3072, 32767)], "a projection of its own .* that its keys don't describe"),
         ([(1024, 1), (2048, 4326)], "state the unit"),
+        ([(3072, 32633), (4096, 5103)], "heights by the old code 5103, which says no unit"),
+        ([(3072, 32633), (4096, 5103), (4099, 9003)], "heights in another unit"),
     ],
 )
 def test_keys_of_a_las_file_count_as_its_wkt(points, keys, words):
@@ -156,6 +158,26 @@ def test_a_las_file_tells_true_north_by_wkt_and_by_keys(points):
         assert dem.true_north == pytest.approx(convergence(utm, dem.geometry.bounds))
         with pytest.raises(InvalidTerrain, match="are m, as its coordinate system says, not ft"):
             decode_terrain(content, "a.las", resolution=0.5, unit="ft")
+
+
+def test_old_codes_of_heights_are_read_with_their_unit(points):
+    """5103 is NAVD 88 in the first GeoTIFF, and no system of heights in EPSG: it was refused as unknown."""
+    dem = decode_terrain(las(points, keys=[(3072, 32633), (4096, 5103), (4099, 9001)]), "a.las", resolution=0.5)
+    assert dem.true_north is not None
+
+
+def test_heights_in_feet_that_the_keys_say_beside_a_wkt_of_the_plane_are_refused(points):
+    """LAS 1.4 may have both: feet were read as metres, as the WKT came first and says nothing of heights."""
+    wkt = CRS.from_epsg(32633).to_wkt()
+    for keys in ([(4099, 9003)], [(4096, 6360)]):
+        with pytest.raises(InvalidTerrain, match=r"heights .*(9003|US survey foot)"):
+            decode_terrain(las(points, wkt=wkt, keys=keys), "a.las", resolution=0.5)
+    metres = CRS.from_user_input("EPSG:32633+5703").to_wkt()
+    for content in (
+        las(points, wkt=wkt, keys=[(3072, 2263), (4096, 5703), (4099, 9001)]),
+        las(points, wkt=metres, keys=[(3072, 2263), (4099, 9003)]),  # of what it was before
+    ):
+        assert decode_terrain(content, "a.las", resolution=0.5).true_north is not None
 
 
 def records_of(crs):

@@ -1,7 +1,9 @@
 """Which coordinate system a LAS file says its points have, by WKT or by the keys of GeoTIFF."""
 
 import io
+import re
 import warnings
+from collections.abc import Mapping
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
@@ -26,38 +28,58 @@ _PROJECTED, _GEOGRAPHIC, _VERTICAL, _LENGTHS, _HEIGHTS = 3072, 2048, 4096, 3076,
 """Keys of GeoTIFF, which LAS files use too."""
 _MODEL, _IS_PROJECTED, _USER_DEFINED = 1024, 1, 32767
 _METRE = 9001
+_OLD_HEIGHTS = frozenset((*range(5001, 5034), *range(5101, 5107)))
+"""Codes of heights of the first GeoTIFF, such as 5103 (NAVD 88), which EPSG has for other things."""
 
 
 def coordinate_system(header: Any, name: str) -> "CRS | None":
     """The coordinate system of a LAS file. Raises InvalidTerrain for all but metres."""
     from footfall.io.terrain_projection import check_crs, check_projection_text
 
+    records = [record for record in header.vlrs if type(record).__name__ == "GeoKeyDirectoryVlr"]
+    keys = {key.id: key.value_offset for key in records[0].geo_keys if key.tiff_tag_location == 0} if records else {}
     for record in (*header.vlrs, *(header.evlrs or ())):
-        if type(record).__name__ == "WktCoordinateSystemVlr" and record.string.strip("\0 "):
-            return check_projection_text(record.string.strip("\0 "), name)
-    for record in header.vlrs:
-        if type(record).__name__ != "GeoKeyDirectoryVlr":
-            continue
-        keys = {key.id: key.value_offset for key in record.geo_keys if key.tiff_tag_location == 0}
-        for kind, number in (("lengths", _LENGTHS), ("heights", _HEIGHTS)):
-            if keys.get(number, _METRE) not in (0, _METRE):
-                raise InvalidTerrain(
-                    f"{name} has {kind} in another unit than metres (EPSG:{keys[number]}); reproject it first"
-                )
-        codes = {
-            number: keys[number]
-            for number in (_PROJECTED, _GEOGRAPHIC, _VERTICAL)
-            if 0 < keys.get(number, 0) < _USER_DEFINED
-        }
-        found = {number: _of_epsg(code, name) for number, code in codes.items()}
-        if keys.get(_PROJECTED) == _USER_DEFINED:
-            found[_PROJECTED] = _of_all_keys(header, name)
-        if _PROJECTED in found or keys.get(_MODEL) == _IS_PROJECTED:
-            found.pop(_GEOGRAPHIC, None)  # what the projection is made from
-        for one in found.values():
-            check_crs(one, name)
-        return found.get(_PROJECTED)
-    return None
+        if type(record).__name__ == "WktCoordinateSystemVlr" and (wkt := record.string.strip("\0 ")):
+            if not re.search(r"\bVERT", wkt):  # what heights are, the keys may say alone
+                _require_heights_in_metres(keys, name)
+            return check_projection_text(wkt, name)
+    if not records:
+        return None
+    _require_metres("lengths", keys.get(_LENGTHS, _METRE), name)
+    _require_heights_in_metres(keys, name)
+    found = {number: _of_epsg(keys[number], name) for number in (_PROJECTED, _GEOGRAPHIC) if _is_code(keys, number)}
+    if keys.get(_PROJECTED) == _USER_DEFINED:
+        found[_PROJECTED] = _of_all_keys(header, name)
+    if _PROJECTED in found or keys.get(_MODEL) == _IS_PROJECTED:
+        found.pop(_GEOGRAPHIC, None)  # what the projection is made from
+    for one in found.values():
+        check_crs(one, name)
+    return found.get(_PROJECTED)
+
+
+def _is_code(keys: Mapping[int, int], number: int) -> bool:
+    return 0 < keys.get(number, 0) < _USER_DEFINED
+
+
+def _require_heights_in_metres(keys: Mapping[int, int], name: str) -> None:
+    from footfall.io.terrain_projection import check_crs
+
+    _require_metres("heights", keys.get(_HEIGHTS, _METRE), name)
+    if not _is_code(keys, _VERTICAL):
+        return
+    code = keys[_VERTICAL]
+    if code not in _OLD_HEIGHTS:
+        check_crs(_of_epsg(code, name), name)
+    elif keys.get(_HEIGHTS) != _METRE:
+        raise InvalidTerrain(
+            f"{name} names its heights by the old code {code}, which says no unit, and states none: let it say "
+            f"VerticalUnits {_METRE} (metres) where these are metres, or reproject it first"
+        )
+
+
+def _require_metres(kind: str, unit: int, name: str) -> None:
+    if unit not in (0, _METRE):
+        raise InvalidTerrain(f"{name} has {kind} in another unit than metres (EPSG:{unit}); reproject it first")
 
 
 def _of_epsg(code: int, name: str) -> "CRS":
