@@ -33,7 +33,7 @@ from footfall.io.terrain_place import in_projection, projection_of
 from footfall.io.units_said import require_scale_said
 from footfall.io.whole_files import require_writable, write_whole
 from footfall.terrain.dem import Dem, HeightError
-from footfall.terrain.from_arrays import from_heights
+from footfall.terrain.from_arrays import check_fill, from_heights
 from footfall.terrain.ground.mesh_terrain import MOST_ERROR
 from footfall.terrain.ground.resample import resample
 from footfall.terrain.ground.simplified import SimplifiedMesh
@@ -295,7 +295,8 @@ def _scaled(dem: Dem, scale: float) -> Dem:
 
 
 def _check_metres(dem: Dem) -> None:
-    """Refuse maps whose cells and heights can't both be metres."""
+    """Refuse maps whose cells and heights can't both be metres, or that hold a number for no height."""
+    check_fill(dem.heights, dem.name)
     cell = dem.geometry.resolution
     hint = "are its coordinates in degrees? Reproject to metres, or use scale= for another unit of length"
     if cell < MIN_RESOLUTION:

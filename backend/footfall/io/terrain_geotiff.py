@@ -146,6 +146,12 @@ def _heights(source: DatasetReader, name: str) -> Array:
 
 def _check_holds_heights(source: DatasetReader, name: str) -> None:
     """Refuse pictures, and several bands of which the first is called something else."""
+    if len(source.subdatasets) > 1:
+        raise InvalidTerrain(
+            f"{name} has {len(source.subdatasets)} pages, and which of them is the ground is not to tell; take one: "
+            f"gdal_translate GTIFF_DIR:1:{name} ground.tif",
+            pages=len(source.subdatasets),
+        )
     kind = np.dtype(source.dtypes[0])
     if source.colorinterp[0] in (ColorInterp.red, ColorInterp.palette) or kind.kind == "c":
         raise InvalidTerrain(f"{name} holds a picture, not heights: one band of real heights is needed")

@@ -63,6 +63,39 @@ def check_lone_no_value(stored: ArrayLike, name: str) -> None:
             )
 
 
+def check_fill(heights: ArrayLike, name: str) -> None:
+    """Refuse one number in several cells that lies far below or above all others, such as 0 around 1500 … 1900 m.
+
+    Programs that turn or join maps fill with 0 what they have no height for, where they know no number for that.
+
+    Args:
+        heights: (rows, cols) [m].
+        name: what they are called.
+
+    Raises:
+        InvalidTerrain: there is such a number.
+    """
+    array = np.asarray(heights)
+    known = array[np.isfinite(array)]
+    for number in (known.min(), known.max()) if len(known) else ():
+        others = known[known != number]
+        count = len(known) - len(others)
+        if count < 2 or not len(others):
+            continue
+        low, high = float(others.min()), float(others.max())
+        gap, spread = max(low - float(number), float(number) - high), high - low
+        if gap > max(spread, _FARTHEST_FILL):
+            raise InvalidTerrain(
+                f"{count} cells of {name} are {number:z.6g} m, {gap:.6g} m from all others, which differ by "
+                f"{spread:.6g} m: it stands for no value; {_MEND} (gdal_edit.py -a_nodata {number:z.6g} …)",
+                count=count,
+            )
+
+
+_FARTHEST_FILL = 50.0
+"""Walls [m] that are higher, between two levels with nothing between them, are none of a rover's ground."""
+
+
 def check_cell_count(rows: float, cols: float) -> None:
     """Refuse a grid over the limit before its memory is asked for."""
     if not 0 < rows * cols <= MAX_CELLS:
