@@ -79,6 +79,8 @@ def test_no_is_an_answer_and_options_of_the_rover_are_refused(described):
     )
     said = run(*asked, "--goal", 0.1, 0, "--posture", "tall", "--tether", 1, 0, 2, code=2).stderr
     assert "--tether, --posture can't be planned with ring" in said
+    said = run(*asked, "--goal", 0.1, 0, "--rounds", 2, "--seed", 0, "--tether-length", 3, code=2).stderr
+    assert "--tether-length, --seed, --rounds can't be planned with ring" in said
 
 
 def test_what_robot_toml_says_is_what_the_robot_keeps(described):

@@ -1,6 +1,7 @@
 """`footfall plan walk`: what it prints and writes, found and refused, and how a goal is said."""
 
 import json
+from pathlib import Path
 
 import pytest
 
@@ -13,6 +14,7 @@ from tests.support.chassis_ground import wavy
 from tests.support.command_line import run
 
 SHORT = ("--goal", 0.4, 0.1, 0.0)
+SAMPLE = Path(__file__).resolve().parents[2] / "sample_sessions" / "rock-step"
 
 
 @pytest.fixture
@@ -156,3 +158,31 @@ def test_misuse_is_exit_code_2(waves):
 )
 def test_a_goal_is_two_numbers_or_three(given, meant):
     assert yaw_apart(given) == meant
+
+
+@pytest.mark.parametrize(
+    ("given", "said"),
+    [
+        (["--at", 0, 0, 0, "--x", 1, "--yaw", 0.1], "--x, --yaw can't go with --at"),
+        (["--tether-length", 5], "--tether-length say more of a tether, and there is none: give --tether"),
+        (["--posture", "tall", "--rounds", 0], "--posture is come near by smoothing: give --rounds above 0"),
+        (["--goal-yaw", 1], "the heading is said twice, by --goal-yaw and by the third number of --goal"),
+        (["--goal-yaw=1"], "the heading is said twice"),
+    ],
+)
+def test_an_option_that_would_say_nothing_is_refused(waves, given, said):
+    assert said in run("plan", "walk", waves, *SHORT, *given, code=2).stderr
+
+
+def test_plans_and_sessions_need_no_robot_or_terrain_to_be_exported(waves, tmp_path):
+    out = tmp_path / "walk.npz"
+    run("plan", "walk", waves, *SHORT, "--seed", 3, "--rounds", 0, "--out", out)
+    assert "no plan of a robot of your own" in run("export", out, "--terrain", waves, code=2).stderr
+    assert "--terrain are for plans" in run("export", SAMPLE, "--terrain", waves, code=2).stderr
+    assert "--format can't go with --page" in run("export", SAMPLE, "--page", "--format", "csv", code=2).stderr
+
+
+def test_a_rover_that_has_no_physics_has_no_gravity(waves):
+    assert (
+        "--gravity is of the world in physics" in run("sim", waves, "--kinematic", "--gravity", "moon", code=2).stderr
+    )

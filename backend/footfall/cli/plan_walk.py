@@ -29,6 +29,9 @@ from footfall.planning.walk.smoothing import Smoothed, Smoothing
 from footfall.planning.walk_execution.problem import WalkExecutionResult
 
 GOAL, GOAL_YAW = "--goal", "--goal-yaw"
+TETHERS = ("tether_at", "tether_force", "tether_length")
+ATHLETES = ("mode", "tether", *TETHERS, "posture", "payload", "payload_at", "seed", "rounds")
+"""What no walk of a robot that others described takes."""
 Goal = Annotated[
     Pair,
     typer.Option(
@@ -47,8 +50,11 @@ class WithGoal(TyperCommand):
 def yaw_apart(arguments: Sequence[str]) -> list[str]:
     """Arguments with the third number after ``--goal``, where there is one, as ``--goal-yaw``."""
     apart = list(arguments)
+    told = any(one == GOAL_YAW or one.startswith(f"{GOAL_YAW}=") for one in apart)
     at = apart.index(GOAL) + 3 if GOAL in apart else len(apart)
     if at < len(apart) and _is_number(apart[at]):
+        if told:
+            raise InvalidInput(f"the heading is said twice, by {GOAL_YAW} and by the third number of {GOAL}")
         apart.insert(at, GOAL_YAW)
     return apart
 
@@ -62,6 +68,7 @@ def _is_number(text: str) -> bool:
 
 
 def plan_walk(
+    context: typer.Context,
     terrain: Annotated[Path, typer.Argument(help="Terrain file.")],
     goal: Goal,
     goal_yaw: Annotated[
@@ -128,10 +135,10 @@ def plan_walk(
     from footfall.planning.walk_execution.plan import plan_walk_execution
 
     wanted = WalkGoal(*goal, yaw=goal_yaw)
+    if at is not None:
+        terminal.refuse_typed(context, ("x", "y", "yaw"), "can't go with --at, which says the same")
     if is_legged(robot):
-        given = {"--mode": mode, "--tether": tether, "--posture": posture}
-        given |= {"--payload": payload, "--payload-at": payload_at}
-        others = {name: one is not None for name, one in given.items()}
+        others = dict.fromkeys(terminal.typed(context, ATHLETES), True)
         own = load_legged(robot)
         usual = MARGIN if circulating else LeggedSettings().least_margin
         share = usual if margin is None else margin / own.length
@@ -144,6 +151,10 @@ def plan_walk(
         raise InvalidInput("--circulating is for legs on two stacks, as those of --robot ambler")
     if mode is not None and mode not in HELD:
         raise InvalidInput(f"--mode is one of {', '.join(HELD)}", mode=mode)
+    if tether is None:
+        terminal.refuse_typed(context, TETHERS, "say more of a tether, and there is none: give --tether")
+    if not rounds:
+        terminal.refuse_typed(context, ["posture"], "is come near by smoothing: give --rounds above 0")
     smoothing = Smoothing(rounds=rounds, posture=posture)
     place = None if payload_at is None else np.array(payload_at)
     settings = WalkSettings(

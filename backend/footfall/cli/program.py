@@ -120,6 +120,7 @@ def replay(
 
 @app.command()
 def export(
+    context: typer.Context,
     source: Annotated[Path, typer.Argument(help="Session folder or zip, or the .npz of `footfall plan step --out`.")],
     format: Annotated[
         str, typer.Option("--format", help="json, csv, seqjson, fprime, fprime-dictionary, yamcs, ros2 or html.")
@@ -134,11 +135,16 @@ def export(
 ) -> None:
     """Write a session's sequence, or the commands of a plan, as a file for others; or a whole session as a page."""
     if page:
+        terminal.refuse_typed(
+            context, ("format", "robot", "terrain"), "can't go with --page, which is all of a session"
+        )
         _export_page(source, out, as_json)
         return
     from footfall.cli.recorded import sequence_of
     from footfall.io.exports import export as run
 
+    if source.suffix != ".npz":
+        terminal.refuse_typed(context, ("robot", "terrain"), "are for plans: a session has its own")
     sequence = sequence_of(source, robot, terrain)
     content = run(sequence, format, out)
     if as_json:
@@ -170,6 +176,7 @@ def _export_page(source: Path, out: Path | None, as_json: bool) -> None:
 
 @app.command()
 def sim(
+    context: typer.Context,
     terrain: Annotated[Path, typer.Argument(help="Terrain file that is the rover's world.")],
     url: Annotated[str, typer.Option(help="Rover link of the server.")] = "ws://127.0.0.1:8080/api/v1/rover",
     x: AtX = 0.0,
@@ -195,6 +202,8 @@ def sim(
     from footfall.sim.process import Start, run_rover
 
     in_physics = not is_legged(robot) if physics is None else physics
+    if not in_physics:
+        terminal.refuse_typed(context, ["gravity"], "is of the world in physics, and this rover is kinematic")
     world = PhysicsSettings(gravity=gravity_named(gravity), seed=seed) if in_physics else None
     run_rover(url, terrain, robot, seed, start=Start(x, y, yaw), physics=world, certificate=certificate)
 

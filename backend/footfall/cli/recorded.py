@@ -80,6 +80,8 @@ def sequence_of(source: Path, robot: Path | None = None, terrain: Path | None = 
         return value
     if isinstance(value, LeggedResult):
         return _of_legged(source.name, value, robot, terrain)
+    if robot is not None or terrain is not None:
+        raise InvalidInput(f"{source.name} is no plan of a robot of your own: leave out --robot and --terrain")
     if not isinstance(value, (PlanResult, WalkResult, ExecutionResult, WalkExecutionResult)):
         raise InvalidInput(f"{source.name} holds a {type(value).__name__}; give a plan, a sequence or a session")
     found = value.execution if isinstance(value, (ExecutionResult, WalkExecutionResult)) else value.plan

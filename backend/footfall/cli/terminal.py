@@ -1,7 +1,7 @@
 """How the command line speaks: progress bars, results as text or JSON, one clear line for each error."""
 
 import sys
-from collections.abc import Iterator
+from collections.abc import Iterable, Iterator
 from contextlib import contextmanager
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated, Any
@@ -12,7 +12,7 @@ from rich.progress import BarColumn, Progress, TextColumn, TimeElapsedColumn
 from typer.core import TyperGroup
 
 from footfall.api.bodies.jsonable import dumps
-from footfall.core.errors import FootFallError
+from footfall.core.errors import FootFallError, InvalidInput
 from footfall.core.interrupted import came_of_interrupt
 from footfall.core.progress import Progress as Report
 from footfall.core.value import fields_of
@@ -39,6 +39,8 @@ LegNumber = Annotated[int, typer.Option("--leg", help="Which leg, 0….")]
 Conservative = Annotated[bool, typer.Option("--conservative", help="Balance must survive the loss of any one leg.")]
 
 _WANTS_JSON = "footfall.json"
+TYPED = "COMMANDLINE"
+"""What click calls the source of an option that was typed."""
 
 
 def _remember(context: typer.Context, wanted: bool) -> bool:
@@ -54,6 +56,18 @@ def writable(out: Path | None) -> Path | None:
     if out is not None:
         require_writable(out)
     return out
+
+
+def typed(context: typer.Context, names: Iterable[str]) -> list[str]:
+    """Those of some parameters of a command that were typed, as options."""
+    sources = {name: context.get_parameter_source(name) for name in names}
+    return [f"--{name.replace('_', '-')}" for name, one in sources.items() if one is not None and one.name == TYPED]
+
+
+def refuse_typed(context: typer.Context, names: Iterable[str], why: str) -> None:
+    """Raises InvalidInput for options that say nothing here: passed over without a word, they would mislead."""
+    if found := typed(context, names):
+        raise InvalidInput(f"{', '.join(found)} {why}")
 
 
 class Reporting(TyperGroup):
