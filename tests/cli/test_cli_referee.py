@@ -1,6 +1,7 @@
 """``footfall referee``: exit codes 0, 1 and 2, the text and the JSON."""
 
 import json
+import shutil
 from dataclasses import replace
 from pathlib import Path
 
@@ -9,16 +10,20 @@ import pytest
 
 from footfall.core.frames import apply, transform
 from footfall.core.value import Provenance
-from footfall.io.artifacts import encode
+from footfall.io.artifacts import decode, encode
 from footfall.planning.body.stand import stand
 from footfall.planning.execution.execution_settings import MODES, ExecutionSettings
 from footfall.planning.execution.plan import plan_execution
 from footfall.planning.step.plan import plan_step
+from footfall.resources import robot_assets_folder
+from footfall.robot.description import with_payload
 from footfall.robot.ik import solve_leg
 from footfall.robot.kinematics import leg_wheel_pose, wheel_centers
 from footfall.sequence.commands import Command, Sequence
 from footfall.sequence.of_execution import sequence_of_execution
 from footfall.sequence.predict import predict
+from footfall.sequence.sequence_settings import SequenceSettings
+from footfall.sim.physics.laden import LEAST_BOX, laden
 from footfall.sim.physics.rover import PhysicalRover
 from footfall.terrain.generate import plane
 from tests.support.command_line import run
@@ -110,3 +115,45 @@ def test_misuse_is_exit_code_2(level, up_and_down, tmp_path):
         ([tmp_path / "missing.npz", "--terrain", level], "there is no file"),
     ):
         assert text in run("referee", *arguments, code=2).output
+
+
+def test_the_rover_carries_what_its_commands_were_planned_with(level, up_and_down, tmp_path):
+    planned = decode(up_and_down.read_bytes())
+    assert isinstance(planned, Sequence)
+    place = np.array([0.4, 0.2, 0.3])
+    loaded = SequenceSettings(payload_mass=200.0, payload_position=place)
+    path = tmp_path / "loaded.npz"
+    path.write_bytes(encode(replace(planned, provenance=Provenance({}, loaded))))
+    asked = ("--terrain", level, "--gravity", "moon")
+    assert "carried 200 kg, their centre at (0.4, 0.2, 0.3) m in base" in run("referee", path, *asked).stdout
+    told = [json.loads(run("referee", path, *asked, *more, "--json").stdout) for more in ([], ["--payload", 0])]
+    assert (told[0]["payload"]["mass"], told[0]["payload"]["position"]) == (200.0, place.tolist())
+    assert told[1]["payload"] is None
+    laden, bare = (one["report"] for one in told)
+    assert sum(laden["torque"]) > 1.05 * sum(bare["torque"])
+
+
+def test_the_box_of_a_payload_stays_within_the_usual_one(athlete, up_and_down):
+    planned = decode(up_and_down.read_bytes())
+    assert isinstance(planned, Sequence)
+    assert laden(athlete, planned) is athlete
+    usual = with_payload(athlete.description, 1.0).payload
+    assert usual is not None
+    for place in ((0.4, 0.2, 0.3), (0.0, 0.0, 0.3), (2.0, 0.0, 0.3)):
+        settings = SequenceSettings(payload_mass=200.0, payload_position=np.array(place))
+        box = laden(athlete, replace(planned, provenance=Provenance({}, settings))).description.payload
+        assert box is not None
+        out = np.abs(box.position - usual.position) + box.size / 2 - usual.size / 2
+        assert (out < 1e-9).all() or (box.size[out >= 1e-9] == LEAST_BOX).all()
+    nothing = SequenceSettings(payload_mass=0.0)
+    assert laden(athlete, replace(planned, provenance=Provenance({}, nothing))).description.payload is None
+
+
+def test_a_session_is_judged_with_its_own_robot(athlete, tmp_path):
+    description = (robot_assets_folder() / "athlete" / "athlete.toml").parent
+    other = tmp_path / "other"
+    shutil.copytree(description, other, ignore=shutil.ignore_patterns("*.npz"))
+    toml = other / "athlete.toml"
+    toml.write_text(toml.read_text().replace("wheel_sink = 0.03", "wheel_sink = 0.02"))
+    said = run("referee", SAMPLE, "--robot", toml, code=2).stderr
+    assert f"rock-step is a session of another robot than {toml}: leave out --robot" in said

@@ -12,6 +12,7 @@ from footfall.cli.terminal import Json, RobotName, bar
 from footfall.core.errors import InvalidInput
 
 if TYPE_CHECKING:
+    from footfall.robot.description import Payload
     from footfall.robot.model import Robot
     from footfall.sequence.commands import Sequence
     from footfall.sim.physics.verdict import RefereeReport
@@ -19,6 +20,7 @@ if TYPE_CHECKING:
 
 
 def run_referee(
+    context: typer.Context,
     source: Annotated[
         Path,
         typer.Argument(help="Session folder or zip, or the .npz of `footfall plan … --out`.", metavar="SEQUENCE"),
@@ -34,7 +36,10 @@ def run_referee(
     wheels: Annotated[float, typer.Option(help="Of the wheels, times that of the description.")] = 1.0,
     mass: Annotated[float, typer.Option(help="Of every link and the payload, times that of the description.")] = 1.0,
     spread: Annotated[float, typer.Option(help="Joints and wheels differ by 1 ± this, by chance.")] = 0.0,
-    payload: Annotated[float | None, typer.Option(help="Mass on the deck [kg]; otherwise the description's.")] = None,
+    payload: Annotated[
+        float | None,
+        typer.Option(help="Mass on the deck [kg]; otherwise what was planned with, else the description's."),
+    ] = None,
     wheel_shape: Annotated[str, typer.Option(help="How a wheel meets the ground: sphere or crowned.")] = "sphere",
     seed: Annotated[int, typer.Option(help="Same seed, same spread.")] = 0,
     robot: RobotName = "athlete",
@@ -45,6 +50,7 @@ def run_referee(
     from footfall.io.any_robot import is_legged
     from footfall.robot.description import with_payload
     from footfall.robot.model import Robot
+    from footfall.sim.physics.laden import laden
     from footfall.sim.physics.physics_settings import PhysicsSettings
     from footfall.sim.physics.referee import referee
     from footfall.sim.physics.verdict import RefereeSettings
@@ -69,20 +75,22 @@ def run_referee(
             "--seed": seed != 0,
         }
         judge_legged(robot, source, terrain, physics, as_json, others)
-    body, sequence, dem = _given(source, terrain, robot)
-    if payload is not None:
-        body = Robot(with_payload(body.description, payload))
+    body, sequence, dem = _given(source, terrain, robot, bool(terminal.typed(context, ["robot"])))
+    body = laden(body, sequence) if payload is None else Robot(with_payload(body.description, payload))
     with bar("referee") as progress:
         report = referee(body, sequence, dem, RefereeSettings(physics), progress=progress)
     if as_json:
-        terminal.show({"passed": report.passed, "report": report})
+        terminal.show({"passed": report.passed, "payload": body.description.payload, "report": report})
     else:
-        _tell(report, len(sequence.commands))
+        _tell(report, len(sequence.commands), body.description.payload)
     raise typer.Exit(0 if report.passed else 1)
 
 
-def _given(source: Path, terrain: Path | None, robot: str) -> "tuple[Robot, Sequence, Dem]":
-    """Robot, sequence and world: a session has all three, a stored plan its sequence only."""
+def _given(source: Path, terrain: Path | None, robot: str, named: bool) -> "tuple[Robot, Sequence, Dem]":
+    """Robot, sequence and world: a session has all three, a stored plan its sequence only.
+
+    named: whether the robot was named. Raises InvalidInput where a session is of another one.
+    """
     from footfall.cli.recorded import RecordedSession, sequence_of
     from footfall.io.robot_files import load_robot
     from footfall.io.terrain_files import read_terrain
@@ -95,6 +103,8 @@ def _given(source: Path, terrain: Path | None, robot: str) -> "tuple[Robot, Sequ
             raise InvalidInput(f"{source.name} says nothing of the ground: give --terrain")
         return load_robot(robot), sequence_of(source), read_terrain(terrain)
     recorded = RecordedSession(source)
+    if named and load_robot(robot).digest != recorded.state.robot:
+        raise InvalidInput(f"{source.name} is a session of another robot than {robot}: leave out --robot")
     if terrain is not None:
         return recorded.robot(), recorded.sequence(), read_terrain(terrain)
     # what was loaded first is the world; what was built from images since is a view of it
@@ -104,9 +114,11 @@ def _given(source: Path, terrain: Path | None, robot: str) -> "tuple[Robot, Sequ
     return recorded.robot(), recorded.sequence(), dem
 
 
-def _tell(report: "RefereeReport", rows: int) -> None:
+def _tell(report: "RefereeReport", rows: int, payload: "Payload | None") -> None:
     say = typer.echo
     say("passed" if report.passed else "failed")
+    if payload is not None:
+        say("carried {:g} kg, their centre at ({:g}, {:g}, {:g}) m in base".format(payload.mass, *payload.position))
     for text in report.failures:
         say(f"  NO  {text}")
     for event in report.events:

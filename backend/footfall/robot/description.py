@@ -211,11 +211,15 @@ class RobotDescription(Value):
         raise NotFound(f"{self.name} has no camera pair {name!r}; it has {', '.join(p.name for p in self.cameras)}")
 
 
+BOX, BOX_AT = (1.2, 1.2, 0.6), (0.0, 0.0, 0.3)
+"""Size of a payload's box and its middle in base, where nobody says others [m]."""
+
+
 def with_payload(
     description: RobotDescription,
     mass: float,
-    size: ArrayLike = (1.2, 1.2, 0.6),
-    position: ArrayLike = (0.0, 0.0, 0.3),
+    size: ArrayLike = BOX,
+    position: ArrayLike = BOX_AT,
 ) -> RobotDescription:
     """The same rover carrying a box.
 
