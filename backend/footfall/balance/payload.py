@@ -4,10 +4,8 @@ import numpy as np
 
 from footfall.balance.balance_settings import BalanceSettings
 from footfall.core.arrays import Array
+from footfall.robot.description import ON_DECK
 from footfall.robot.model import Robot
-
-ON_DECK = (0.0, 0.0, 0.3)
-"""Centre of a payload that stands on the deck, in base [m]."""
 
 
 def carried(robot: Robot, settings: BalanceSettings) -> tuple[float, Array] | None:

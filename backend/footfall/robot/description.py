@@ -211,15 +211,15 @@ class RobotDescription(Value):
         raise NotFound(f"{self.name} has no camera pair {name!r}; it has {', '.join(p.name for p in self.cameras)}")
 
 
-BOX, BOX_AT = (1.2, 1.2, 0.6), (0.0, 0.0, 0.3)
-"""Size of a payload's box and its middle in base, where nobody says others [m]."""
+BOX, ON_DECK = (1.2, 1.2, 0.6), (0.0, 0.0, 0.3)
+"""Size of a payload's box, and its middle in base, where nobody says others: it stands on the deck [m]."""
 
 
 def with_payload(
     description: RobotDescription,
     mass: float,
     size: ArrayLike = BOX,
-    position: ArrayLike = BOX_AT,
+    position: ArrayLike = ON_DECK,
 ) -> RobotDescription:
     """The same rover carrying a box.
 

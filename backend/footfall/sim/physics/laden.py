@@ -3,7 +3,7 @@
 import numpy as np
 
 from footfall.balance.payload import carried
-from footfall.robot.description import BOX, BOX_AT, with_payload
+from footfall.robot.description import BOX, ON_DECK, with_payload
 from footfall.robot.model import Robot
 from footfall.sequence.commands import Sequence
 from footfall.sequence.sequence_settings import SequenceSettings
@@ -31,6 +31,6 @@ def laden(robot: Robot, sequence: Sequence) -> Robot:
     load = carried(robot, made_with.balance)
     mass, at = (0.0, np.zeros(3)) if load is None else load
     usual = robot.description.payload
-    box, middle = (np.array(BOX), np.array(BOX_AT)) if usual is None else (usual.size, usual.position)
+    box, middle = (np.array(BOX), np.array(ON_DECK)) if usual is None else (usual.size, usual.position)
     size = np.maximum(box - 2.0 * np.abs(at - middle), LEAST_BOX)
     return Robot(with_payload(robot.description, mass, size, at))

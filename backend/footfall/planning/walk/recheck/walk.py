@@ -8,7 +8,6 @@ margin, friction, largest torque, places) is asked for here too.
 
 from collections.abc import Callable
 
-from footfall.balance.payload import ON_DECK
 from footfall.core.errors import InvalidInput
 from footfall.planning.answers import Check
 from footfall.planning.walk.problem import CheckedMotion, WalkSettings
@@ -19,7 +18,7 @@ from footfall.planning.walk.recheck.holding import HoldingCheck, turned
 from footfall.planning.walk.recheck.recheck_settings import RecheckSettings
 from footfall.planning.walk.recheck.stretches import stretches
 from footfall.planning.walk.recheck.tethering import Tethering
-from footfall.robot.description import with_payload
+from footfall.robot.description import ON_DECK, with_payload
 from footfall.robot.model import Robot
 from footfall.telemetry.state import RobotState
 from footfall.terrain.dem import Dem
