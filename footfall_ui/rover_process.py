@@ -17,6 +17,7 @@ from footfall.core.errors import FootFallError
 from footfall.io.artifacts import encode
 from footfall.io.terrain_files import write_terrain
 from footfall.session.live import LiveSession
+from footfall.session.log.event import loaded_world
 from footfall.session.registry import Sessions
 from footfall.telemetry.link import TOKEN_VARIABLE
 from footfall.telemetry.state import RobotState
@@ -49,15 +50,6 @@ class Begun(Protocol):
     def terminate(self) -> None: ...
 
     def kill(self) -> None: ...
-
-
-def loaded_world(live: LiveSession) -> str | None:
-    """Digest of the ground that a session's rover really stands on, as far as the session knows it.
-
-    What was loaded first is the world; what was rebuilt from images is only a view of it.
-    """
-    loaded = (event.payload["digest"] for event in live.events() if event.type == "terrain_loaded")
-    return next(loaded, None)
 
 
 class RoverProcess:
@@ -138,7 +130,7 @@ class RoverProcess:
                 f"{live.described.name} is simulated when a terrain is loaded: nobody says on what ground it stands"
             )
             return
-        world = self._world if live.id == self._session and self._world else loaded_world(live)
+        world = self._world if live.id == self._session and self._world else loaded_world(live.events())
         if live.id != self._session:
             self._session, self._world = live.id, world
             self._restarts = 0

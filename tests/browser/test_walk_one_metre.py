@@ -14,9 +14,9 @@ from footfall.io.artifacts import encode
 from footfall.io.terrain_files import write_terrain
 from footfall.session import commanding
 from footfall.session.gate import checks, machine
+from footfall.session.log.event import loaded_world
 from footfall.telemetry.link import PATH
 from footfall.terrain.dem import Dem
-from footfall_ui.rover_process import loaded_world
 from tests.support.page_steps import held, keep_pressed
 from tests.support.server import Running, running_server
 from tests.support.waiting import BOUND_MS, until
@@ -42,7 +42,7 @@ def served(tmp_path: Path) -> Iterator[Running]:
     with running_server(tmp_path / "sessions", prepare=lambda s: s.open_sample("rock-step")) as running:
         live = running.sessions.current
         assert live is not None
-        world, state = loaded_world(live), live.state.state
+        world, state = loaded_world(live.events()), live.state.state
         assert world is not None
         assert state is not None
         write_terrain(cast(Dem, live.get(world)), folder / "world.npz")

@@ -18,8 +18,7 @@ STANDING = ("rock-step", "rock-walk", "fractal-step")
 def parts(name: str) -> tuple[RecordedSession, Dem, Sequence]:
     """A sample, the ground that its rover is put on, and its commands."""
     session = RecordedSession(sample_sessions_folder() / name)
-    loaded = next(event for event in session.events if event.type == "terrain_loaded")
-    return session, session.typed(Dem, loaded.payload["digest"]), session.sequence()
+    return session, session.world(), session.sequence()
 
 
 @pytest.mark.parametrize("name", STANDING)

@@ -21,7 +21,7 @@ from footfall.robot.description import RobotDescription
 from footfall.robot.legged.legged_robot import LeggedRobot
 from footfall.robot.model import Robot
 from footfall.sequence.commands import Sequence
-from footfall.session.log.event import event_of
+from footfall.session.log.event import event_of, loaded_world
 from footfall.session.log.fold import fold_all
 from footfall.session.storage.store import read_session
 from footfall.telemetry.images import Snapshot
@@ -58,6 +58,10 @@ class RecordedSession:
     def robot(self) -> Robot:
         """The robot that the session is about."""
         return Robot(self.get(self.state.robot, RobotDescription, "robot"))
+
+    def world(self) -> Dem:
+        """The ground that its rover stands on: what was loaded first, or its map where nothing was."""
+        return self.get(loaded_world(self.events) or self.state.dem, Dem, "terrain")
 
     def snapshot(self) -> Snapshot:
         """Its newest images."""

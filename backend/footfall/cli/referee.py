@@ -94,9 +94,6 @@ def _given(source: Path, terrain: Path | None, robot: str, named: bool) -> "tupl
     from footfall.cli.recorded import RecordedSession, sequence_of
     from footfall.io.robot_files import load_robot
     from footfall.io.terrain_files import read_terrain
-    from footfall.session.log.event import event_of
-    from footfall.session.storage.store import read_session
-    from footfall.terrain.dem import Dem
 
     if source.suffix == ".npz":
         if terrain is None:
@@ -105,12 +102,7 @@ def _given(source: Path, terrain: Path | None, robot: str, named: bool) -> "tupl
     recorded = RecordedSession(source)
     if named and load_robot(robot).digest != recorded.state.robot:
         raise InvalidInput(f"{source.name} is a session of another robot than {robot}: leave out --robot")
-    if terrain is not None:
-        return recorded.robot(), recorded.sequence(), read_terrain(terrain)
-    # what was loaded first is the world; what was built from images since is a view of it
-    events = (event_of(record) for record in read_session(source).records)
-    world = next((event.payload["digest"] for event in events if event.type == "terrain_loaded"), recorded.state.dem)
-    dem = recorded.get(world, Dem, "terrain")
+    dem = recorded.world() if terrain is None else read_terrain(terrain)
     return recorded.robot(), recorded.sequence(), dem
 
 

@@ -1,6 +1,6 @@
 """Events: what happened in a session, in order. The log of them is the session; all else folds out of it."""
 
-from collections.abc import Mapping
+from collections.abc import Iterable, Mapping
 from dataclasses import dataclass
 from types import MappingProxyType
 from typing import Any
@@ -42,6 +42,14 @@ class Event:
 def event_of(record: Record) -> Event:
     """The event of one record of a log that was read and checked."""
     return Event(**{**record, "payload": MappingProxyType(record["payload"])})
+
+
+def loaded_world(events: Iterable[Event]) -> str | None:
+    """Digest of the ground that a session's rover really stands on, as far as its events say it.
+
+    What was loaded first is the world; what was rebuilt from images is only a view of it.
+    """
+    return next((event.payload["digest"] for event in events if event.type == "terrain_loaded"), None)
 
 
 def next_event(last: Event | None, time: float, type: str, payload: Mapping[str, Any]) -> Event:
