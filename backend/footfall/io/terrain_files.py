@@ -261,6 +261,7 @@ def require_mesh_file(path: str | Path) -> None:
 def _placed(dem: Dem, resolution: float | None, scale: float, center: bool | tuple[float, float] | None) -> Dem:
     if scale != 1.0:
         dem = _scaled(dem, scale)
+    check_fill(dem.heights, dem.name)
     _check_metres(dem)
     cell = dem.geometry.resolution
     if resolution is not None and abs(cell - resolution) > 1e-9 * resolution:
@@ -295,8 +296,7 @@ def _scaled(dem: Dem, scale: float) -> Dem:
 
 
 def _check_metres(dem: Dem) -> None:
-    """Refuse maps whose cells and heights can't both be metres, or that hold a number for no height."""
-    check_fill(dem.heights, dem.name)
+    """Refuse maps whose cells and heights can't both be metres."""
     cell = dem.geometry.resolution
     hint = "are its coordinates in degrees? Reproject to metres, or use scale= for another unit of length"
     if cell < MIN_RESOLUTION:

@@ -78,10 +78,10 @@ def check_fill(heights: ArrayLike, name: str) -> None:
     array = np.asarray(heights)
     known = array[np.isfinite(array)]
     for number in (known.min(), known.max()) if len(known) else ():
-        others = known[known != number]
-        count = len(known) - len(others)
-        if count < 2 or not len(others):
+        count = int(np.count_nonzero(known == number))
+        if not 2 <= count < len(known):
             continue
+        others = known[known != number]
         low, high = float(others.min()), float(others.max())
         gap, spread = max(low - float(number), float(number) - high), high - low
         if gap > max(spread, _FARTHEST_FILL):
