@@ -76,12 +76,18 @@ def at_rest(robot: Robot, world: Dem) -> RobotState:
     return PhysicalRover(robot, world, footfall.stand(robot, world)).state()
 
 
-def rock_step(session: LiveSession) -> None:
-    """From nine image pairs to exported commands: leg 2 steps over a rock."""
+def looked_around(session: LiveSession, scale: float = 1.0) -> RobotState:
+    """How the rover stands in the rocky world, of which it has built a map from images; scale: their size."""
     world, state = rocky_world(session.robot)
     session.terrains.load(world, "the simulated rover's world")
-    session.rover.take_images(render_snapshot(session.robot, state, world, seed=1))
+    session.rover.take_images(render_snapshot(session.robot, state, world, seed=1, scale=scale))
     session.terrains.build().finish()
+    return state
+
+
+def rock_step(session: LiveSession) -> None:
+    """From nine image pairs to exported commands: leg 2 steps over a rock."""
+    state = looked_around(session)
     session.maps.compute(2).finish()
     x, y = wheel(session.robot, state, 2) + (0.75, -0.25)
     session.maps.choose_footfall(2, float(x), float(y))
@@ -93,10 +99,7 @@ def rock_step(session: LiveSession) -> None:
 
 def rock_walk(session: LiveSession) -> None:
     """From image pairs of half the size to the commands of a whole walk: one metre ahead, among the rocks."""
-    world, state = rocky_world(session.robot)
-    session.terrains.load(world, "the simulated rover's world")
-    session.rover.take_images(render_snapshot(session.robot, state, world, seed=1, scale=0.5))
-    session.terrains.build().finish()
+    looked_around(session, scale=0.5)
     walk = session.walks.plan(WalkGoal(1.0, 0.0, 0.0), WalkSettings(seed=2)).finish()
     plan = walk_of(session, walk)
     sequence = session.walks.command(walk, 0, plan.foot_moves + 1)
