@@ -1,13 +1,16 @@
 """Commanding for sag on the page: the order, what is predicted, refusals, out-of-date answers, commands and ghost."""
 
+import re
 from collections.abc import Callable
 
 import numpy as np
 import pytest
 from playwright.sync_api import Locator, Page, expect
 
+from footfall.sequence.commands import Sequence
 from tests.support.page_steps import RIGID, commanded, held, planned, press, sequenced
 from tests.support.server import Running
+from tests.support.spoken import current
 from tests.support.waiting import until
 
 Keep = Callable[[str], None]
@@ -78,6 +81,19 @@ def test_what_is_predicted_is_shown_and_made_into_commands(page: Page, served: R
     expect(page.locator("#scrub-read")).to_contain_text("60 % of the commands")
     until(lambda: held(served)["view"]["scrub"] == 0.6, "the ghost's place")
     look("commands")
+
+
+def test_a_scrubber_that_has_the_keys_says_what_is_played_now(page: Page, served: Running, plan: dict) -> None:
+    page.locator("#scrub").fill("600")
+    told = page.locator("#scrub-read")
+    expect(told).to_contain_text("60 % of the plan")
+    expect(told).not_to_contain_text("row")
+    expect(page.locator("#scrub")).to_be_focused()
+    live = current(served)
+    sequence = live.get(live.sequences.make())
+    assert isinstance(sequence, Sequence)
+    expect(told).to_have_text(re.compile(rf"60 % .* row \d+ of {len(sequence.commands)}$"))
+    expect(page.locator("#scrub")).to_be_focused()
 
 
 def test_a_refusal_says_why_and_makes_no_commands(page: Page, served: Running, plan: dict, look: Keep) -> None:

@@ -196,5 +196,7 @@ function draw({ summary, plan, sequence }) {
     exact = summary.view.scrub;
     $("scrub").value = String(Math.round(summary.view.scrub * 1000));
     read(summary.view.scrub);
+  } else {
+    read(shownMoment()); // its place is the operator's, but another plan or its commands may be played by now
   }
 }
