@@ -117,6 +117,8 @@ def test_no_walk_is_an_answer(standing):
         ({"goal": NEAR, "settings": {"pinned": [{"x": 1.0, "y": True}]}}, "validation", "y"),
         ({"goal": NEAR, "settings": {"pinned": {"x": 1.0, "y": 1.0}}}, "validation", "pinned"),
         ({"goal": NEAR, "settings": {"pinned": [{"x": 1.0, "y": 1.0, "radius": 0}]}}, "invalid-input", "radius"),
+        ({"goal": NEAR, "settings": {"pinned": [{"x": 1.0, "y": 1.0, "leg": -1}]}}, "invalid-input", "legs 0 to 5"),
+        ({"goal": NEAR, "settings": {"forbidden": [{"x": 1.0, "y": 1.0, "leg": 6}]}}, "invalid-input", "legs 0 to 5"),
         ({"goal": NEAR, "settings": {"hurry": 1}}, "validation", "hurry"),
         ({"goal": NEAR, "tether": {}}, "validation", "anchor"),
         ({"goal": NEAR, "tether": {"anchor": [1.0, 2.0]}}, "validation", "anchor"),

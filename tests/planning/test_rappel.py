@@ -19,7 +19,7 @@ from footfall.planning.walk.excerpt import excerpt
 from footfall.planning.walk.hung import Hung
 from footfall.planning.walk.legs_kernel import pose_of
 from footfall.planning.walk.plan import plan_walk
-from footfall.planning.walk.problem import Tethered, WalkGoal, WalkSettings
+from footfall.planning.walk.problem import Place, Tethered, WalkGoal, WalkSettings
 from footfall.planning.walk.recheck.holding import HoldingCheck, turned
 from footfall.planning.walk.recheck.recheck_settings import RecheckSettings
 from footfall.planning.walk.recheck.stretches import stretches
@@ -260,3 +260,27 @@ def test_a_tethered_walk_says_what_it_must():
         Tethered(tether, np.zeros(3), np.zeros(2), np.zeros(2))
     with pytest.raises(InvalidInput, match="length and a pull"):
         Tethered(tether, np.array([0.0, 0.0, 1.0]), np.zeros(2), np.zeros(3))
+
+
+def test_forbidden_ground_is_that_seen_from_above(athlete, slope, asked, start, walk):
+    """Along a slope of 60° it reaches twice as far."""
+    tether, _, goal = asked
+    for leg, stance in list(zip(walk.legs, walk.stances[1:], strict=True))[:3]:
+        x, y = (float(one) for one in stance.contacts[leg, :2])
+        settings = replace(SETTINGS, forbidden=(Place(x, y, 0.3),))
+        found = plan_walk(athlete, slope, start, goal, seed=1, settings=settings, tether=tether)
+        assert found.plan is not None, found.reason
+        put = zip(found.plan.legs, found.plan.stances[1:], strict=True)
+        assert min(np.hypot(*(after.contacts[moved, :2] - (x, y))) for moved, after in put) > 0.3
+
+
+def test_ground_that_nobody_knows_may_be_forbidden_and_not_pinned(athlete, slope, asked, start):
+    tether, _, goal = asked
+    west, south, *_ = slope.geometry.bounds
+    nowhere = Place(west - 5.0, south - 5.0)
+    settings = replace(SETTINGS, forbidden=(nowhere,))
+    assert plan_walk(athlete, slope, start, goal, seed=1, settings=settings, tether=tether).plan is not None
+    settings = replace(SETTINGS, pinned=(nowhere,))
+    found = plan_walk(athlete, slope, start, goal, seed=1, settings=settings, tether=tether)
+    assert found.status is Status.GOAL_INVALID
+    assert f"the pinned place ({nowhere.x:g}, {nowhere.y:g}): the ground there is unknown" in found.reason

@@ -214,6 +214,46 @@ def test_feet_are_put_on_pinned_places_though_the_chassis_is_at_the_goal(athlete
     assert failed(athlete, ground, plan, start) == set()
 
 
+def between(plan, *legs):
+    """A place between the feet of some legs as a walk begins, as x and y."""
+    x, y = plan.stances[0].contacts[list(legs), :2].mean(axis=0)
+    return float(x), float(y)
+
+
+@pytest.mark.parametrize("leg", [0, 1])
+def test_on_a_place_that_is_pinned_for_a_leg_that_leg_is_put(athlete, ground, start, found, leg):
+    x, y = between(found.plan, 0, 1)
+    settings = replace(SETTINGS, pinned=(Place(x, y, 0.1, leg),))
+    plan = planned(plan_walk(athlete, ground, start, GOAL, settings=settings))
+    put = zip(plan.legs, plan.stances[1:], strict=True)
+    there = {moved for moved, stance in put if np.hypot(*(stance.contacts[moved, :2] - (x, y))) < 1e-9}
+    assert leg in there
+    assert failed(athlete, ground, plan, start) == set()
+
+
+def test_a_pinned_place_that_no_leg_comes_to_is_refused_before_any_search(athlete, ground, start, found):
+    (x, y), (far_x, far_y) = between(found.plan, 0, 1), between(found.plan, 3)
+    for settings, said in (
+        ({"pinned": (Place(far_x, far_y, 0.1, 0),)}, "out of reach of leg 0"),
+        ({"pinned": (Place(x, y, 0.1, 0),), "forbidden": (Place(x, y, 0.1, 0),)}, "out of reach of leg 0"),
+        (
+            {"pinned": (Place(x, y, 0.1),), "forbidden": tuple(Place(x, y, 0.1, leg) for leg in range(6))},
+            "out of reach of every leg",
+        ),
+    ):
+        answer = plan_walk(athlete, ground, start, GOAL, settings=replace(SETTINGS, **settings))
+        assert (answer.status, answer.partial) == (Status.GOAL_INVALID, None)
+        assert re.search(rf"{said} .*it comes no nearer than \d\.\d\d m to it", answer.reason)
+
+
+@pytest.mark.parametrize("leg", [-1, 6])
+@pytest.mark.parametrize("what", ["forbidden", "pinned"])
+def test_a_place_of_a_leg_that_there_is_not_is_misuse(athlete, ground, start, what, leg):
+    settings = replace(SETTINGS, **{what: (Place(1.0, 0.5, 0.2, leg),)})
+    with pytest.raises(InvalidInput, match=rf"said of leg {leg}: athlete has legs 0 to 5"):
+        plan_walk(athlete, ground, start, GOAL, settings=settings)
+
+
 @pytest.mark.parametrize(("within", "turned"), [(0.02, 1.0), (0.5, 0.01)])
 def test_a_goal_that_is_narrow_is_met(athlete, ground, start, within, turned):
     goal = WalkGoal(1.2, 0.1, 0.1, within, turned)

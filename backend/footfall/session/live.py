@@ -59,15 +59,18 @@ class LiveSession(SessionParts):
     def walk_to(self, goal: WalkGoal, settings: LoopSettings | None = None, who: Identity = LOCAL) -> WalkLoop:
         """Begin to walk to a goal in a closed loop, by images and telemetry, as ``who``; see :class:`WalkLoop`.
 
-        Raises Conflict where the rover is on such a walk already, or there is no rover, InvalidInput for another robot.
+        Raises Conflict where the rover is on such a walk already, or there is no rover, InvalidInput for another robot,
+        and where the settings name a leg that it does not have.
         """
         self.require_athletes_build()
+        settings = settings or LoopSettings()
+        settings.walk.require_legs(self.description)
         with self.folded_log.lock:
             if self._walk_loop is not None and self._walk_loop.state != "ended":
                 raise Conflict("the rover is on its way to a goal already: end that walk first")
             if not self.rover.link.connected:
                 raise Conflict("no rover is connected")
-            self._walk_loop = WalkLoop(self, goal, settings or LoopSettings(), who)
+            self._walk_loop = WalkLoop(self, goal, settings, who)
             return self._walk_loop
 
     def as_of(self, event: int) -> "LiveSession":

@@ -288,6 +288,7 @@ class Walks:
     def _walk_request(
         self, goal: WalkGoal, settings: WalkSettings, tether: Tether | None, gait: GaitSettings | None
     ) -> WalkRequest:
+        settings.require_legs(self._core.description)
         # only telemetry has wheels that are pressed in: a posture that was made up stands on the ground
         return WalkRequest(goal, settings, self._rover.seen_to_give_way is True, tether, gait)
 

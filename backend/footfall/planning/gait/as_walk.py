@@ -67,6 +67,7 @@ def plan_wave(
     step which check fails by how much. Nor is there one where a footfall is on a forbidden place, or where the settings
     ask for what no gait heeds. Raises InvalidInput and what ``progress`` raises, as :func:`.plan_gait`.
     """
+    settings.require_legs(robot.description)
     parents = {"robot": robot.digest, "dem": dem.digest, "state": state.digest}
     if beyond := beyond_gaits(settings):
         reason = f"no wave is tried: {beyond}; {TRY}"

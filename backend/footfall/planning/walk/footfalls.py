@@ -30,6 +30,8 @@ class Footfalls:
     """contacts: (n, 3) site [m]; normals: (n, 3) unit; pinned: (n,) which of the pinned places each is, or −1.
 
     costs: (n,) what each costs by its ground, in foot moves (ground_cost.py); nothing until that was asked.
+    seen: (n, 2) where they are seen from above, in site [m]; None: as contacts say, which are in another frame on a
+    slope.
     """
 
     contacts: Array
@@ -37,6 +39,7 @@ class Footfalls:
     pinned: NDArray[np.int64]
     costs: Array
     tree: KDTree
+    seen: Array | None = None
 
 
 def footfalls(robot: Robot, dem: Dem, low: Array, high: Array, settings: WalkSettings) -> Footfalls:
@@ -136,6 +139,22 @@ def forbidden_to(leg: int | None, xy: Array, places: tuple[Place, ...]) -> NDArr
         if place.leg == leg:
             out |= np.hypot(xy[:, 0] - place.x, xy[:, 1] - place.y) <= place.radius
     return out
+
+
+def barred_to(leg: int, places: Footfalls, settings: WalkSettings) -> NDArray[np.bool_]:
+    """Which places a leg alone must not stand on: those that are forbidden to it, and those pinned for another.
+
+    Args:
+        leg: number of the leg, from 0.
+        places: where feet may be put.
+        settings: what the operator forbids and pins.
+
+    Returns:
+        (n,).
+    """
+    xy = places.contacts[:, :2] if places.seen is None else places.seen
+    others = [pin for pin, place in enumerate(settings.pinned) if place.leg not in (None, leg)]
+    return forbidden_to(leg, xy, settings.forbidden) | np.isin(places.pinned, others)
 
 
 def _seated(robot: Robot, dem: Dem, contacts: Array, normals: Array) -> NDArray[np.bool_]:

@@ -8,9 +8,9 @@ import numpy as np
 from footfall.balance.balance_settings import BalanceSettings
 from footfall.balance.tether import Tether
 from footfall.core.arrays import Array
-from footfall.planning.walk.footfalls import Footfalls
+from footfall.planning.walk.footfalls import Footfalls, forbidden_to
 from footfall.planning.walk.legs_kernel import pose_of
-from footfall.planning.walk.problem import Blocked, WalkGoal
+from footfall.planning.walk.problem import Blocked, Place, WalkGoal
 from footfall.planning.walk.slope_frame import SlopeFrame
 from footfall.terrain.ground.surface import height_at
 
@@ -42,20 +42,28 @@ class Hung:
         off = yaw - self.frame.downhill
         return self.frame.downhill + math.atan2(math.cos(self.frame.steep) * math.sin(off), math.cos(off))
 
-    def places(self, places: Footfalls, radius: float) -> Footfalls:
-        """Footfalls of the slope's frame, on the site's very ground; without those where that is unknown."""
+    def places(self, places: Footfalls, radius: float, forbidden: tuple[Place, ...] = ()) -> Footfalls:
+        """Footfalls of the slope's frame, on the site's very ground; without those where that is unknown or forbidden.
+
+        forbidden: in site, seen from above: along the slope such ground reaches farther.
+        """
         contacts, normals = self.frame.seated(places.contacts, radius)
+        seen = self.frame.to_site(contacts)[:, :2]
         good = np.isfinite(contacts).all(axis=1) & np.isfinite(normals).all(axis=1)
+        good &= ~forbidden_to(None, seen, forbidden)
         contacts, normals, tree = contacts[good], normals[good], type(places.tree)
-        return Footfalls(
-            contacts, normals, places.pinned[good], places.costs[good], tree(contacts[:, :2].reshape(-1, 2))
-        )
+        index = tree(contacts[:, :2].reshape(-1, 2))
+        return Footfalls(contacts, normals, places.pinned[good], places.costs[good], index, seen[good])
 
     def blocked(self, blocked: tuple[Blocked, ...]) -> tuple[Blocked, ...]:
         """What stopped a search, at its places in site."""
         found = []
         for one in blocked:
-            z = float(height_at(self.frame.ground, one.x, one.y))
-            at = self.frame.to_site(np.array([one.x, one.y, z]))
-            found.append(replace(one, x=float(at[0]), y=float(at[1])))
+            x, y = self.in_site(one.x, one.y)
+            found.append(replace(one, x=x, y=y))
         return tuple(found)
+
+    def in_site(self, x: float, y: float) -> tuple[float, float]:
+        """A place on the ground of the slope's frame, x and y in site [m]; NaN where that ground is unknown."""
+        at = self.frame.to_site(np.array([x, y, float(height_at(self.frame.ground, x, y))]))
+        return float(at[0]), float(at[1])

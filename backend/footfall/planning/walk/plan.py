@@ -26,6 +26,7 @@ from footfall.planning.walk.ground_cost import costed
 from footfall.planning.walk.guide import guide
 from footfall.planning.walk.problem import (
     Blocked,
+    Place,
     WalkGoal,
     WalkPlan,
     WalkResult,
@@ -91,13 +92,15 @@ def plan_walk(
         The answer; a walk that is not found is an answer with a reason, and with the walk that comes nearest.
 
     Raises:
-        InvalidInput: goal or settings make no sense, or the state is of another robot.
+        InvalidInput: goal or settings make no sense, one names a leg that there is not, or the state is of another
+            robot.
         NotFound: the robot does not have the posture that ``settings.smoothing`` names.
         Cancelled: ``progress`` raised it.
     """
     settings = settings or WalkSettings()
     if not isinstance(settings, WalkSettings):
         raise InvalidInput("a walk takes WalkSettings")
+    settings.require_legs(robot.description)
     if seed is not None:
         settings = replace(settings, seed=seed)
     if state.robot != robot.name or state.leg_count != robot.leg_count:
@@ -202,6 +205,8 @@ class _Attempt:
             searches.append(search)
             if (short := search.out_of_reach()) is not None:
                 return self._no(Status.GOAL_INVALID, out_of_reach_in_words(*short))
+            if (missed := search.unreached_pin()) is not None:
+                return self._no(Status.GOAL_INVALID, unreached_in_words(self._pin(missed[0]), missed[1]))
             try:
                 found = search.run()
             except OutOfTime:
@@ -223,10 +228,14 @@ class _Attempt:
 
     def _places(self, low: Array, high: Array) -> Footfalls:
         """Where feet may be put between two corners (2,) [m], and what that costs."""
-        found = footfalls(self.robot, self.dem, low, high, self.settings)
-        radius, weights, frame = self.robot.wheel_radius, self.settings.footfall_costs, None
-        if self.slope is not None:
-            frame, found = self.slope.hung.frame, self.slope.hung.places(found, radius)
+        settings, radius, frame = self.settings, self.robot.wheel_radius, None
+        weights = settings.footfall_costs
+        if self.slope is None:
+            found = footfalls(self.robot, self.dem, low, high, settings)
+        else:
+            frame, hung = self.slope.hung.frame, self.slope.hung
+            found = footfalls(self.robot, self.dem, low, high, replace(settings, forbidden=()))
+            found = hung.places(found, radius, settings.forbidden)
         return costed(self.dem, found, radius, weights, frame)
 
     def _around(self, straight: TravelCost, start: At) -> Array | NoWay:
@@ -241,11 +250,21 @@ class _Attempt:
         cost = travel_cost(self.robot, self.dem, places, spacing, standing, ease, *turns)
         return way_around(cost_grid(cost, low, high), begin, end, self.goal.within)
 
+    def _in_site(self, x: float, y: float) -> tuple[float, float]:
+        """A place on the ground that is planned on, in site [m]."""
+        return (x, y) if self.slope is None else self.slope.hung.in_site(x, y)
+
+    def _pin(self, number: int) -> Place:
+        """A pinned place as it was asked for, in site."""
+        asked = self.provenance.settings
+        return (asked if isinstance(asked, WalkSettings) else self.settings).pinned[number]
+
     def _enclosed(self, nearest: NoWay) -> str:
         """Why the goal can't be reached, whatever is tried."""
+        x, y = self._in_site(nearest.x, nearest.y)
         return (
             f"no way leads to the goal within {ASIDE:g} m beside the straight one: the chassis gets no nearer than "
-            f"{nearest.short:z.1f} m, at ({nearest.x:z.1f}, {nearest.y:z.1f}), beyond which not every leg has a place "
+            f"{nearest.short:z.1f} m, at ({x:z.1f}, {y:z.1f}), beyond which not every leg has a place "
             "to stand: the ground is unknown, too steep, too rough or forbidden; choose another goal, or allow more "
             "ground"
         )
@@ -270,7 +289,7 @@ class _Attempt:
             return "no foot can be put anywhere between start and goal: all ground is unknown, too steep or too rough"
         for pin in range(len(self.settings.pinned)):
             if not (places.pinned == pin).any():
-                place = self.settings.pinned[pin]
+                place = self._pin(pin)
                 return (
                     f"no foot can stand on the pinned place ({place.x:g}, {place.y:g}): it is unknown, too steep, too "
                     "rough, forbidden or too far; pin another place"
@@ -282,9 +301,10 @@ class _Attempt:
         leg = int(np.argmax(away))
         if away[leg] <= self.settings.longest:
             return ""
+        x, y = self._in_site(*feet[leg].tolist())
         return (
             f"leg {leg} would have no place to stand at the goal: the nearest is {away[leg]:z.2f} m from where it "
-            f"would be, ({feet[leg, 0]:z.2f}, {feet[leg, 1]:z.2f}); choose another goal or heading"
+            f"would be, ({x:z.2f}, {y:z.2f}); choose another goal or heading"
         )
 
     def _not_found(self, searches: list[Search], status: Status) -> WalkResult:
@@ -325,6 +345,16 @@ def out_of_reach_in_words(leg: int, left: float) -> str:
         f"leg {leg} has no footfall on which it stands with the chassis at the goal: the last on the way is reached up "
         f"to {left:z.2f} m before it; choose a goal that much nearer, or another heading, take images that show more "
         "ground, or allow steeper ground or less spacing of footfalls"
+    )
+
+
+def unreached_in_words(place: Place, away: float) -> str:
+    """Why no walk puts a foot on a pinned place; away: from the nearest where a leg that may comes to [m]."""
+    who, other = ("every leg", "") if place.leg is None else (f"leg {place.leg}", ", leave it to any leg")
+    nearest = f": it comes no nearer than {away:z.2f} m to it" if np.isfinite(away) else ""
+    return (
+        f"the pinned place ({place.x:g}, {place.y:g}) is out of reach of {who} on the way to the goal, or forbidden to "
+        f"it{nearest}; pin another place{other}, or choose a goal by which the way leads nearer"
     )
 
 

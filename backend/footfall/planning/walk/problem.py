@@ -8,6 +8,7 @@ before each foot move, and after the last one, the chassis moves over all its fe
 from collections.abc import Mapping
 from dataclasses import field
 from itertools import pairwise
+from typing import TYPE_CHECKING
 
 import numpy as np
 from numpy.typing import NDArray
@@ -23,6 +24,9 @@ from footfall.planning.answers import Check, Status, require_answer
 from footfall.planning.body.move import JOINT_RESERVE, REACH_RESERVE
 from footfall.planning.motion import BODY, Motion
 from footfall.planning.walk.smoothing import Smoothed, Smoothing
+
+if TYPE_CHECKING:
+    from footfall.robot.description import RobotDescription
 
 SUPPORTS: Mapping[str, str] = {
     "required": "the feet that stand always have a conservative support polygon around the centre of mass",
@@ -198,6 +202,13 @@ class WalkSettings(Value):
         if not 1 <= self.attempts <= MOST_ATTEMPTS:
             raise InvalidInput(f"a walk is searched in 1 to {MOST_ATTEMPTS} attempts", attempts=self.attempts)
         self.balance.check()
+
+    def require_legs(self, robot: "RobotDescription") -> None:
+        """Raises InvalidInput for a forbidden or pinned place of a leg that the robot does not have."""
+        for one in (*self.forbidden, *self.pinned):
+            if one.leg is not None and not 0 <= one.leg < len(robot.legs):
+                what = f"the place ({one.x:g}, {one.y:g}) is said of leg {one.leg}"
+                raise InvalidInput(f"{what}: {robot.name} has legs 0 to {len(robot.legs) - 1}", leg=one.leg)
 
 
 @value

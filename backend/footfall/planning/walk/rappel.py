@@ -17,7 +17,7 @@ from footfall.planning.motion import BODY
 from footfall.planning.walk.foot_move import At
 from footfall.planning.walk.footprint import footprint
 from footfall.planning.walk.hung import Hung
-from footfall.planning.walk.problem import Tethered, WalkGoal, WalkPlan, WalkResult, WalkSettings
+from footfall.planning.walk.problem import Place, Tethered, WalkGoal, WalkPlan, WalkResult, WalkSettings
 from footfall.planning.walk.slope_frame import slope_between
 from footfall.planning.walk.start import start_of
 from footfall.planning.walk.tether_ground import unknown_under
@@ -25,6 +25,7 @@ from footfall.planning.walk.tether_refused import refused_before
 from footfall.robot.model import Robot
 from footfall.telemetry.state import RobotState
 from footfall.terrain.dem import Dem
+from footfall.terrain.ground.surface import height_at
 
 AROUND = 3.0
 """The slope is that of the ground so far beside start and goal [m]."""
@@ -65,16 +66,25 @@ def on_slope(
     refusal = refused_before(robot, dem, start, goal, frame.to_site(at), settings.balance, tether)
     if refusal is not None:
         return refusal
+    for pin in settings.pinned:
+        if not np.isfinite(height_at(dem, pin.x, pin.y)):
+            return No(Status.GOAL_INVALID, unknown_pin_in_words(pin))
     yaw = None if goal.yaw is None else hung.heading(goal.yaw)
     turned = WalkGoal(float(at[0]), float(at[1]), yaw, goal.within, goal.turned)
     own = replace(
         settings,
         clearance=settings.clearance + frame.off,
-        forbidden=tuple(frame.place(one) for one in settings.forbidden),
         pinned=tuple(frame.place(one) for one in settings.pinned),
     )
     began = At(frame.stance(start.stance, False), frame.poses_to_slope(np.asarray(start.T_site_base)), start.posture)
     return OnSlope(hung, turned, own, began)
+
+
+def unknown_pin_in_words(pin: Place) -> str:
+    """Why no foot is put on a pinned place whose ground nobody knows."""
+    return (
+        f"no foot can stand on the pinned place ({pin.x:g}, {pin.y:g}): the ground there is unknown; pin another place"
+    )
 
 
 def in_site(robot: Robot, dem: Dem, asked: OnSlope, result: WalkResult) -> WalkResult:

@@ -8,7 +8,7 @@ from numpy.typing import NDArray
 from scipy.spatial import KDTree
 
 from footfall.core.arrays import Array
-from footfall.planning.walk.footfalls import Footfalls, forbidden_to
+from footfall.planning.walk.footfalls import Footfalls, barred_to
 from footfall.planning.walk.guide import Guide
 from footfall.planning.walk.problem import Stance, WalkSettings
 from footfall.planning.walk.spans_kernel import Reaching, Spans, poses_of, spans
@@ -52,20 +52,20 @@ def steps_onto(
 ) -> NDArray[np.int64]:
     """Numbers of the footfalls that a leg may ever stand on.
 
-    It reaches them, they are not forbidden to it, and its foot comes there by moves that are not too long.
+    It reaches them, they are not barred to it, and its foot comes there by moves that are not too long.
 
     Args:
         leg: number of the leg, from 0.
         reach: from where on the way the leg reaches each footfall.
         places: the footfalls.
         foot: where its foot stands, (2,) in site [m].
-        settings: how long a move may be, and what is forbidden.
+        settings: how long a move may be, what is forbidden, and what is pinned for which leg.
 
     Returns:
         (k,).
     """
     xy = places.contacts[:, :2]
-    rows = np.flatnonzero(np.isfinite(reach.low) & ~forbidden_to(leg, xy, settings.forbidden))
+    rows = np.flatnonzero(np.isfinite(reach.low) & ~barred_to(leg, places, settings))
     return rows[come_to(xy[rows], foot, settings.longest)]
 
 

@@ -18,7 +18,7 @@ from footfall.core.arrays import Array
 from footfall.planning.scene.rover_kernel import wheel_cuts
 from footfall.planning.walk.chains import moves_left
 from footfall.planning.walk.foot_move import At, BodyWay, Fails, Moved, body_way, feet_of, foot_move, nobody
-from footfall.planning.walk.footfalls import Footfalls, forbidden_to
+from footfall.planning.walk.footfalls import Footfalls, barred_to
 from footfall.planning.walk.guide import Guide
 from footfall.planning.walk.legs_kernel import pose_of
 from footfall.planning.walk.problem import Stance, WalkGoal
@@ -129,8 +129,7 @@ class Search:
         self._stuck: Counter[tuple[int, int]] = Counter()
         self._number = 0
         self._reaches = reaches(self.world, self.guide, self.places)
-        xy = self.places.contacts[:, :2]
-        self._barred = [forbidden_to(leg, xy, settings.forbidden) for leg in self.world.robot.legs]
+        self._barred = [barred_to(leg, self.places, settings) for leg in self.world.robot.legs]
         low, high = reach_of(self.world, self.guide, self.start.stance)
         unheld = np.full(len(low), -1, np.int64)
         self._detours = [self._detours_of(leg, low[leg], high[leg]) for leg in self.world.robot.legs]
@@ -175,6 +174,23 @@ class Search:
             if not _ends(low, high, end).any() and (worst is None or left > worst[1]):
                 worst = leg, left
         return worst
+
+    def unreached_pin(self) -> tuple[int, float] | None:
+        """A pinned place that no leg which may comes to, and how far it is from what they come to [m].
+
+        Nor is it found whatever is tried; None where every pinned place is come to.
+        """
+        settings, places = self.world.settings, self.places
+        come_to = [
+            steps_onto(leg, reach, places, self.start.stance.contacts[leg, :2], settings)
+            for leg, reach in enumerate(self._reaches)
+        ]
+        for pin, place in enumerate(settings.pinned):
+            rows = np.concatenate([own for leg, own in enumerate(come_to) if place.leg in (None, leg)])
+            if not (places.pinned[rows] == pin).any():
+                away = np.hypot(*(places.contacts[rows, :2] - (place.x, place.y)).T)
+                return pin, float(away.min(initial=np.inf))
+        return None
 
     def _tried(self, chosen: _Open) -> Reached | None:
         before, leg, place = chosen.before, chosen.leg, chosen.place
