@@ -220,14 +220,30 @@ def between(plan, *legs):
     return float(x), float(y)
 
 
-@pytest.mark.parametrize("leg", [0, 1])
-def test_on_a_place_that_is_pinned_for_a_leg_that_leg_is_put(athlete, ground, start, found, leg):
-    x, y = between(found.plan, 0, 1)
+def put_by(plan, x, y):
+    """Which legs a walk puts on a place."""
+    put = zip(plan.legs, plan.stances[1:], strict=True)
+    return {leg for leg, stance in put if np.hypot(*(stance.contacts[leg, :2] - (x, y))) < 1e-9}
+
+
+@pytest.mark.parametrize(("leg", "feet"), [(0, (0, 1)), (1, (0, 1)), (None, (0, 1)), (5, (4, 5)), (2, (1, 2))])
+def test_a_leg_is_put_on_the_place_that_is_pinned_for_it_though_that_is_behind(
+    athlete, ground, start, found, leg, feet
+):
+    """It leads its leg back, aside or far behind the others; without it the walk is another's."""
+    x, y = between(found.plan, *feet)
     settings = replace(SETTINGS, pinned=(Place(x, y, 0.1, leg),))
     plan = planned(plan_walk(athlete, ground, start, GOAL, settings=settings))
-    put = zip(plan.legs, plan.stances[1:], strict=True)
-    there = {moved for moved, stance in put if np.hypot(*(stance.contacts[moved, :2] - (x, y))) < 1e-9}
-    assert leg in there
+    assert put_by(plan, x, y) & set(athlete.legs if leg is None else (leg,))
+    assert not put_by(found.plan, x, y)
+    assert failed(athlete, ground, plan, start) == set()
+
+
+def test_places_that_are_pinned_along_the_way_are_met_in_one_walk(athlete, ground, start):
+    pins = (Place(2.9, 1.9, 0.1), Place(-0.8, -1.6, 0.1), Place(3.6, -0.1, 0.1, 0), Place(1.6, 1.3, 0.1, 1))
+    plan = planned(plan_walk(athlete, ground, start, (2.5, 0.0), settings=replace(SETTINGS, pinned=pins)))
+    for pin in pins:
+        assert put_by(plan, pin.x, pin.y) & set(athlete.legs if pin.leg is None else (pin.leg,))
     assert failed(athlete, ground, plan, start) == set()
 
 
@@ -303,6 +319,17 @@ def test_a_limit_on_the_way_gives_a_partial_walk_that_is_good_but_for_the_goal(a
     assert f"comes within {away:.2f} m with {foot_moves_in_words(partial)}" in result.reason
     assert GOAL.within < away < 1.2
     assert failed(athlete, ground, partial, start) == {"goal"}
+
+
+def test_what_is_not_found_in_time_says_which_pinned_place_had_no_foot(athlete, ground, start, slow_clock):
+    pins = (Place(2.3, 1.0, 0.1), Place(-0.8, -1.6, 0.1))
+    result = plan_walk(athlete, ground, start, GOAL, settings=replace(SETTINGS, time_limit=12.0, pinned=pins))
+    partial = refused(result, Status.TIME_LIMIT)
+    unmet = [pin for pin in pins if not put_by(partial, pin.x, pin.y)]
+    assert unmet
+    assert [f"no foot on the pinned place ({pin.x:g}, {pin.y:g})" in result.reason for pin in pins] == [
+        pin in unmet for pin in pins
+    ]
 
 
 def test_attempts_end_a_search_after_so_many_foot_moves(athlete, ground, start):

@@ -323,6 +323,8 @@ class _Attempt:
         if status is not Status.TIME_LIMIT:
             why = "nothing more was left to try"
         made = foot_moves_in_words(partial) if partial else "0 foot moves"
+        unmet = [self._pin(pin) for pin in range(len(self.settings.pinned)) if pin not in nearest.pins]
+        made += "".join(f", no foot on the pinned place ({pin.x:g}, {pin.y:g})" for pin in unmet)
         stopped = "; ".join(f"{_of(check, leg)} {count} times" for check, leg, count in _summed(failed))
         reason = (
             f"no walk to the goal was found after {tried} foot moves were tried: {why}; the nearest comes within "

@@ -21,6 +21,7 @@ from footfall.planning.walk.foot_move import At, BodyWay, Fails, Moved, body_way
 from footfall.planning.walk.footfalls import Footfalls, barred_to
 from footfall.planning.walk.guide import Guide
 from footfall.planning.walk.legs_kernel import pose_of
+from footfall.planning.walk.pins import Pins
 from footfall.planning.walk.problem import Stance, WalkGoal
 from footfall.planning.walk.reach import reach_of, reaches, steps_onto
 from footfall.planning.walk.transition_kernel import find_pose, vector_of
@@ -56,8 +57,6 @@ FORWARD = 0.7
 CLOSE = 0.1
 """How far the spans of a stance may be from the goal, and the chassis is still tried to get there [m]."""
 CLOSING_LOOKS = 160
-PINNED = 3.0
-"""What it is worth to put a foot onto a pinned place."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -124,7 +123,7 @@ class Search:
         self._rng = np.random.Generator(np.random.PCG64([settings.seed, self.attempt]))
         self._noise = NOISE if self.attempt else 0.0
         self._open: list[_Open] = []
-        self._seen: set[bytes] = set()
+        self._seen: set[tuple[bytes, frozenset[int]]] = set()
         self._sit: set[tuple[int, int]] = set()
         self._stuck: Counter[tuple[int, int]] = Counter()
         self._number = 0
@@ -133,7 +132,11 @@ class Search:
         low, high = reach_of(self.world, self.guide, self.start.stance)
         unheld = np.full(len(low), -1, np.int64)
         self._detours = [self._detours_of(leg, low[leg], high[leg]) for leg in self.world.robot.legs]
-        left = float(self._left(low[None], high[None], self._detours_at(unheld)[None])[0])
+        reach_to = np.array(
+            [np.where(own, -np.inf, one.high) for own, one in zip(self._barred, self._reaches, strict=True)]
+        )
+        self._pins = Pins(len(settings.pinned), self.places.pinned, reach_to, self.guide.length, STRIDE)
+        left = self._left_of(low, high, unheld, frozenset())
         self.nearest = Reached(self.start, 0.0, unheld, low, high, left)
 
     def run(self) -> tuple[Reached, BodyWay] | None:
@@ -196,7 +199,8 @@ class Search:
         before, leg, place = chosen.before, chosen.leg, chosen.place
         under = before.places.copy()
         under[leg] = place
-        key = under.tobytes()
+        pins = before.pins | self._pins.of(place)
+        key = under.tobytes(), pins
         if key in self._seen:
             return None
         self.tried += 1
@@ -216,11 +220,9 @@ class Search:
                 heapq.heappush(self._open, chosen)
             return None
         self._seen.add(key)
-        pin = int(self.places.pinned[place])
-        pins = before.pins | {pin} if pin >= 0 else before.pins
         low, high = before.low.copy(), before.high.copy()
         low[leg], high[leg] = self._reaches[leg].low[place], self._reaches[leg].high[place]
-        left = float(self._left(low[None], high[None], self._detours_at(under)[None])[0])
+        left = self._left_of(low, high, under, pins)
         cost = before.cost + 1.0 + _way_cost(moved) + float(self.places.costs[place])
         return Reached(moved.to, cost, under, low, high, left, before, moved, pins)
 
@@ -268,12 +270,18 @@ class Search:
         """The same of the feet of a stance, by the places under them, (legs,) [m]."""
         return np.array([detours[place] for detours, place in zip(self._detours, places, strict=True)])
 
-    def _left(self, low: Array, high: Array, detours: Array) -> Array:
-        """What is left to do over stances with spans and detours (n, legs), (n,)."""
+    def _left(self, low: Array, high: Array, detours: Array, unmet: NDArray[np.bool_]) -> Array:
+        """What is left to do over stances with spans and detours (n, legs), (n,); unmet: pinned places (n, pins)."""
         end = self.guide.length
         short = np.maximum(end - np.maximum(high, 0.0), 0.0) + np.maximum(np.minimum(low, 2.0 * end + 1.0) - end, 0.0)
         short = np.maximum(short, detours)
-        return (short.sum(axis=1) + BEHIND * short.max(axis=1)) / STRIDE
+        left = (short.sum(axis=1) + BEHIND * short.max(axis=1)) / STRIDE
+        return left + self._pins.left(low, high, unmet)
+
+    def _left_of(self, low: Array, high: Array, under: NDArray[np.int64], pins: frozenset[int]) -> float:
+        """The same of one stance with feet on places (legs,)."""
+        detours = self._detours_at(under)
+        return float(self._left(low[None], high[None], detours[None], self._pins.unmet(pins)[None])[0])
 
     def _expand(self, reached: Reached) -> None:
         """Let the foot moves from a stance that are worth most wait for their turn."""
@@ -291,11 +299,10 @@ class Search:
             end = np.minimum(min(reached.high.min(), self.guide.length), reach.high[rows])
             low, high = np.tile(reached.low, (len(rows), 1)), np.tile(reached.high, (len(rows), 1))
             low[:, leg], high[:, leg] = reach.low[rows], reach.high[rows]
-            pins = self.places.pinned[rows]
-            bonus = np.array([pin >= 0 and pin not in reached.pins for pin in pins.tolist()], bool) * PINNED
+            unmet = self._pins.unmet_on(rows, reached.pins)
             detours = np.tile(self._detours_at(reached.places), (len(rows), 1))
             detours[:, leg] = self._detours[leg][rows]
-            priority = DONE * (reached.cost + 1.0) + LEFT * self._left(low, high, detours) - bonus
+            priority = DONE * (reached.cost + 1.0) + LEFT * self._left(low, high, detours, unmet)
             priority += LACKING * np.clip(begin - end, 0.0, 1.0) + EASE * np.maximum(ENOUGH - reach.best[rows], 0.0)
             priority += self.places.costs[rows]
             priority += self._noise * self._rng.exponential(size=len(rows))
@@ -310,7 +317,7 @@ class Search:
         end = self.guide.length
         if not _ends(reached.low, reached.high, end).all():
             return None
-        if len(reached.pins) < len(self.world.settings.pinned):
+        if len(reached.pins) < self._pins.count:
             return None
         aim = self.guide.vectors[-1]
         checks = self.world.around(reached.at.T_site_base).checks
