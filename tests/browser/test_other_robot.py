@@ -106,6 +106,22 @@ def test_a_walk_is_planned_commanded_and_carried_out(other: Page, robot_served: 
     expect(other.locator("#outcome-table tbody tr")).to_have_count(2 * legs + 2)
 
 
+@pytest.mark.parametrize("legs", [8])
+def test_legs_whose_number_is_the_key_of_something_else_have_no_key(other: Page, legs: int) -> None:
+    expect(other.locator("#legs button")).to_have_count(legs)
+    expect(other.locator("#leg-5")).to_have_text("Leg 5key 5")
+    expect(other.locator("#leg-6")).to_have_text("Leg 6")
+    other.locator("#leg-7").click()
+    expect(other.locator("#leg-7")).to_have_attribute("aria-checked", "true")
+    other.locator("#h-ground").click()
+    other.keyboard.press("5")
+    expect(other.locator("#leg-5")).to_have_attribute("aria-checked", "true")
+    other.keyboard.press("7")
+    expect(other.locator("#layout")).to_have_value("plan a step")
+    other.keyboard.press("6")
+    expect(other.locator("#layout")).to_have_value(WALK)
+
+
 def test_a_route_is_taken_in_parts_of_the_robots_size(other: Page, robot: LeggedRobot) -> None:
     assert robot.length < 1.0
     assert float(other.locator("#route-part").input_value()) == pytest.approx(2.15 * robot.length, rel=0.05)

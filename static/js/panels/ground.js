@@ -19,7 +19,7 @@ import { awaitImages } from "./work.js";
 
 const OLD_GROUND = 3600; // s: what was seen longer ago is marked
 
-const KEYED = 7; // legs from here on have no key: 7 to 9 are the layouts'
+const KEYED = 6; // legs from here on have no key: 6 to 9 are the layouts'
 
 let legendFor = "";
 let imagesFor = "";
