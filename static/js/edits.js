@@ -1,9 +1,10 @@
 // Edits of the sequence, each checked by the server at once; and undo of edits and choices alike, in their order.
 
 import { post, request } from "./api.js";
-import { attempt } from "./dom.js";
+import { attempt, toast } from "./dom.js";
 import { refresh } from "./stream.js";
 import { changed, known } from "./store.js";
+import * as texts from "./texts/commands.js";
 import { settled } from "./panels/hand.js";
 import { settled as typed } from "./panels/through.js";
 
@@ -33,6 +34,15 @@ export const edit = (change) => inTurn(async () => {
   await refresh();
   return true;
 });
+
+// The change that was typed into a field, by the number that stands there. Empty is no zero: it changes nothing, and what was
+// there before comes back.
+export function editTyped(field, before, change) {
+  if (field.value !== "") return edit(change(Number(field.value)));
+  toast(texts.noNumber(field.ariaLabel));
+  field.value = before;
+  return undefined;
+}
 
 // Which choice is meant goes along: another one that came since is not taken back unseen.
 const turn = (way) => inTurn(async () => {

@@ -100,6 +100,20 @@ def test_what_was_typed_stays_until_the_server_has_answered(console: Page, quiet
 
 
 @RIGID
+def test_a_field_that_is_emptied_is_no_zero(console: Page, quiet: Running) -> None:
+    before = commands(quiet)
+    console.get_by_role("button", name="Row 3", exact=True).click()
+    for label in ("Seconds of row 3", "knee pitch of row 3 [rad]"):
+        field = console.get_by_label(label, exact=True)
+        there = field.input_value()
+        field.fill("")
+        field.press("Enter")
+        expect(console.locator("#toast")).to_have_text(f"{label}: no number was typed, so nothing was changed.")
+        expect(field).to_have_value(there)
+    assert commands(quiet) == before
+
+
+@RIGID
 def test_a_joint_beyond_its_limit_is_marked(console: Page, quiet: Running) -> None:
     before = commands(quiet)
     console.get_by_role("button", name="Row 3", exact=True).click()

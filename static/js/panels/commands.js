@@ -4,7 +4,7 @@ import { ROOT, once, post, request } from "../api.js";
 import { choices } from "../choices.js";
 import { act } from "../acts.js";
 import { $, asTyped, attempt, element, fixed } from "../dom.js";
-import { edit, isOnItsWay, redo, undo } from "../edits.js";
+import { edit, editTyped, isOnItsWay, redo, undo } from "../edits.js";
 import { answered, awaited } from "../planning.js";
 import { isAthletes } from "../robot.js";
 import { alive, changed, known, silent, subscribe } from "../store.js";
@@ -211,11 +211,10 @@ function tableRow(command, row, broken, state, tether, leg) {
   const mine = broken.filter((rule) => rule.row === row);
   const duration = element("input", {
     type: "number", min: "0", step: "any", value: asTyped(command.duration), ariaLabel: texts.secondsOf(row + 1),
-    onchange: (event) => {
-      const seconds = Number(event.target.value);
-      event.target.blur();
+    onchange: ({ target }) => {
+      target.blur();
       drawn = "";
-      edit({ kind: "duration", row, number: seconds });
+      editTyped(target, asTyped(command.duration), (number) => ({ kind: "duration", row, number }));
     },
   });
   return element("tr", { className: mine.length ? "failing" : state?.state === "started" ? "current" : "" },

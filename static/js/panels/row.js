@@ -2,7 +2,7 @@
 
 import { act } from "../acts.js";
 import { $, asTyped, element } from "../dom.js";
-import { edit, isOnItsWay } from "../edits.js";
+import { edit, editTyped, isOnItsWay } from "../edits.js";
 import { jointsOf, slides } from "../robot.js";
 import { known, subscribe } from "../store.js";
 import * as texts from "../texts/commands.js";
@@ -73,11 +73,10 @@ function jointField(command, row, joint, angle) {
   return element("label", { textContent: `${name} `, title: texts.range(lower[whole], upper[whole], slides(whole)) },
     element("input", {
       type: "number", step: "any", value: asTyped(angle, 4), ariaLabel: texts.jointOfRow(name, row + 1, slides(whole)),
-      onchange: (event) => {
-        const number = Number(event.target.value);
-        event.target.blur();
+      onchange: ({ target }) => {
+        target.blur();
         drawn = "";
-        edit({ kind: "joint", row, joint, number });
+        editTyped(target, asTyped(angle, 4), (number) => ({ kind: "joint", row, joint, number }));
       },
     }));
 }

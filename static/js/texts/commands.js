@@ -57,6 +57,7 @@ export const until = (name, force) => `${name} until ${force} N more`;
 export const all = "all";
 export const stepsOf = (leg) => `Leg ${leg} steps`;
 export const deleteRow = (row) => `Delete row ${row}`;
+export const noNumber = (field) => `${field}: no number was typed, so nothing was changed.`;
 
 // -- the chosen row --------------------------------------------------------------------------------
 
