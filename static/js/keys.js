@@ -47,8 +47,10 @@ export function listenForKeys(stop) {
     }
     const typing = event.target.isContentEditable
       || event.target.closest?.("input:not([type=range]):not([type=checkbox]):not([type=radio]), select, textarea");
-    if (event.ctrlKey || event.metaKey) {
-      const key = `Ctrl+${event.key.toUpperCase()}`;
+    const graph = event.getModifierState("AltGraph"); // Windows tells it as Ctrl and Alt: it types characters as Shift does
+    if ((event.ctrlKey || event.metaKey) && !graph) {
+      const asked = `Ctrl+${event.shiftKey ? "Shift+" : ""}${event.key.toUpperCase()}`;
+      const key = asked === "Ctrl+Shift+Z" ? "Ctrl+Y" : asked; // as other programs have it, and those of a Mac alone
       // a field's own undo stays its own
       if (!typing || key === "Ctrl+K") press(event, key);
       return;
@@ -57,10 +59,10 @@ export function listenForKeys(stop) {
       press(event, "F6");
       return;
     }
-    if (typing || event.altKey || document.querySelector("dialog[open]") || isLost(event)) return;
+    if (typing || (event.altKey && !graph) || document.querySelector("dialog[open]") || isLost(event)) return;
     if (isTaken(event)) return;
-    // on a button or link Space and Enter are that one's
-    if ([" ", "Enter"].includes(event.key) && event.target.closest?.("button, a, summary, [role=tab]")) return;
+    // on a button, link or box Space and Enter are that one's
+    if ([" ", "Enter"].includes(event.key) && event.target.closest?.("button, a, summary, [role=tab], input:not([type=range])")) return;
     // a key that is held down acts once; the scene's own keys move its camera
     if (event.repeat && !REPEATING.includes(event.key)) return;
     if (event.view !== window && CAMERA_KEYS.includes(event.key.toUpperCase())) return;
