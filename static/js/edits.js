@@ -28,17 +28,27 @@ function inTurn(make) {
   return mine;
 }
 
-// Whether it was made.
-export const edit = (change) => inTurn(async () => {
-  await request("PATCH", `/sequences/${known.sequence.digest}`, { edit: change }, ofThisVersion());
+const KEEP_ROWS = ["duration", "joint"]; // edits after which every row has the number that it had
+let alike = new Set(); // versions whose rows have the same numbers, as only such edits of this page lie between
+
+const areAlike = (one, other) => one === other || (alike.has(one) && alike.has(other));
+
+// Whether it was made. change: the edit, or a function that gives it in its turn. of: the version in whose list the row was
+// pointed at; where its number is another row's by now, nothing is done.
+export const edit = (change, of = null) => inTurn(async () => {
+  const before = known.sequence.digest;
+  if (of !== null && !areAlike(of, before)) throw new Error(texts.rowsHaveMoved);
+  const meant = typeof change === "function" ? change() : change;
+  const { body } = await request("PATCH", `/sequences/${before}`, { edit: meant }, ofThisVersion());
+  if (KEEP_ROWS.includes(meant.kind)) alike = new Set([...(alike.has(before) ? alike : [before]), body.digest]);
   await refresh();
   return true;
 });
 
 // The change that was typed into a field, by the number that stands there. Empty is no zero: it changes nothing, and what was
 // there before comes back.
-export function editTyped(field, before, change) {
-  if (field.value !== "") return edit(change(Number(field.value)));
+export function editTyped(field, before, change, of) {
+  if (field.value !== "") return edit(change(Number(field.value)), of);
   toast(texts.noNumber(field.ariaLabel));
   field.value = before;
   return undefined;

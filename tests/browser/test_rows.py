@@ -17,6 +17,15 @@ def commands(quiet: Running) -> list[dict]:
         return client.get("/sequences/current").json()["commands"]
 
 
+def held_back(console: Page) -> list[Route]:
+    """The edits that the page asks for, to be let go by hand."""
+    waiting: list[Route] = []
+    console.route(
+        "**/sequences/*", lambda one: waiting.append(one) if one.request.method == "PATCH" else one.continue_()
+    )
+    return waiting
+
+
 @RIGID
 def test_a_row_is_split_moved_and_undone(console: Page, quiet: Running) -> None:
     before = commands(quiet)
@@ -74,10 +83,7 @@ def test_a_row_is_copied_and_the_copy_changed(console: Page, quiet: Running) -> 
 
 
 def test_what_was_typed_stays_until_the_server_has_answered(console: Page, quiet: Running) -> None:
-    waiting: list[Route] = []
-    console.route(
-        "**/sequences/*", lambda one: waiting.append(one) if one.request.method == "PATCH" else one.continue_()
-    )
+    waiting = held_back(console)
     console.get_by_role("button", name="Row 2", exact=True).click()
     first, joint = console.get_by_label("Seconds of row 1", exact=True), console.locator("#row-joints input").first
     before, turned = commands(quiet)[0]["duration"], joint.input_value()
@@ -111,6 +117,63 @@ def test_a_field_that_is_emptied_is_no_zero(console: Page, quiet: Running) -> No
         expect(console.locator("#toast")).to_have_text(f"{label}: no number was typed, so nothing was changed.")
         expect(field).to_have_value(there)
     assert commands(quiet) == before
+
+
+@RIGID
+def test_what_is_pressed_twice_in_haste_deletes_one_row(console: Page, quiet: Running) -> None:
+    before, waiting = commands(quiet), held_back(console)
+    delete = console.get_by_role("button", name="Delete row 3", exact=True)
+    delete.click()
+    delete.click()  # the list still shows the row
+    until(lambda: console.evaluate(DRAWN) or waiting, "the page's question")
+    waiting.pop().continue_()
+    expect(console.locator("#toast")).to_contain_text("the rows have other numbers by now")
+    expect(console.locator("#commands tbody tr")).to_have_count(len(before) - 1)
+    assert not waiting
+    assert commands(quiet) == [*before[:2], *before[3:]]
+
+
+@RIGID
+def test_seconds_that_are_typed_while_rows_move_are_no_other_rows(console: Page, quiet: Running) -> None:
+    before, waiting = commands(quiet), held_back(console)
+    console.get_by_role("button", name="Delete row 1", exact=True).click()
+    seconds = console.get_by_label("Seconds of row 3", exact=True)
+    seconds.fill("9")
+    seconds.press("Enter")
+    until(lambda: console.evaluate(DRAWN) or waiting, "the page's question")
+    waiting.pop().continue_()
+    expect(console.locator("#toast")).to_contain_text("the rows have other numbers by now")
+    expect(console.locator("#commands tbody tr")).to_have_count(len(before) - 1)
+    assert not waiting
+    assert commands(quiet) == before[1:]
+
+
+@RIGID
+def test_a_row_that_is_moved_twice_in_haste_goes_two_up(console: Page, quiet: Running) -> None:
+    before, waiting = commands(quiet), held_back(console)
+    console.get_by_role("button", name="Row 4", exact=True).click()
+    up = console.get_by_role("button", name="Up", exact=True)
+    up.click()
+    up.click()
+    for _ in range(2):
+        until(lambda: console.evaluate(DRAWN) or waiting, "the page's question")
+        waiting.pop().continue_()
+    expect(console.get_by_role("button", name="Row 2", exact=True)).to_have_attribute("aria-pressed", "true")
+    after = commands(quiet)
+    assert [one["duration"] for one in after[:4]] == [before[i]["duration"] for i in (0, 3, 1, 2)]
+    assert after[1]["joints"] == before[3]["joints"]
+
+
+@RIGID
+def test_the_chosen_row_stays_the_same_one_where_rows_before_it_come_and_go(console: Page, quiet: Running) -> None:
+    phase = commands(quiet)[2]["phase"]
+    console.get_by_role("button", name="Row 3", exact=True).click()
+    title = console.locator("#row-title")
+    expect(title).to_have_text(f"Row 3: LEG_MOVE leg 4, {phase}")
+    console.locator("#insert-wait").click()
+    expect(title).to_have_text(f"Row 4: LEG_MOVE leg 4, {phase}")
+    console.get_by_role("button", name="Delete row 1", exact=True).click()
+    expect(title).to_have_text(f"Row 3: LEG_MOVE leg 4, {phase}")
 
 
 @RIGID

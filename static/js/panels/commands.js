@@ -4,7 +4,7 @@ import { ROOT, once, post, request } from "../api.js";
 import { choices } from "../choices.js";
 import { act } from "../acts.js";
 import { $, asTyped, attempt, element, fixed } from "../dom.js";
-import { edit, editTyped, isOnItsWay, redo, undo } from "../edits.js";
+import { editTyped, isOnItsWay, redo, undo } from "../edits.js";
 import { answered, awaited } from "../planning.js";
 import { isAthletes } from "../robot.js";
 import { alive, changed, known, silent, subscribe } from "../store.js";
@@ -12,14 +12,14 @@ import * as texts from "../texts/commands.js";
 import * as shared from "../texts/shared.js";
 import { kept, unsure } from "./conn.js";
 import { sagSettings, titleOf } from "./execution.js";
-import { choose, chosenRow, onChoice } from "./row.js";
+import { choose, chosenRow, deleteRow, onChoice, waitFirst } from "./row.js";
 import { rowStates } from "./run.js";
 
 let armed = null; // {token, digest, until}
 let drawn = "";
 
 export function start() {
-  act({ text: texts.insertWait, button: "insert-wait", run: () => edit({ kind: "insert", row: 0, command: { name: "WAIT", duration: 1.0 } }), refusal: () => (known.sequence ? "" : shared.noSequence) });
+  act({ text: texts.insertWait, button: "insert-wait", run: waitFirst, refusal: () => (known.sequence ? "" : shared.noSequence) });
   act({ text: texts.arm, button: "arm", run: arm, refusal: notArmable });
   act({ text: shared.send, button: "send", run: send, refusal: () => (armedFor() ? unsure() : texts.armFirst) });
   act({ key: "S", text: texts.make, button: "make-sequence", run: make, refusal: () => (awaited() || known.summary?.to_command ? "" : notPlanned()) });
@@ -177,7 +177,7 @@ function drawTable(summary, sequence) {
   if (focused?.matches("input") || isOnItsWay()) return; // the rows stay under the hands of somebody who types
   drawn = key;
   if (!sequence) return;
-  $("commands").tBodies[0].replaceChildren(...sequence.commands.flatMap((command, row) => [groupRow(sequence, row), tableRow(command, row, broken, states.get(row), toldTether(sequence, row), sequence.legs[row])]).filter(Boolean));
+  $("commands").tBodies[0].replaceChildren(...sequence.commands.flatMap((_, row) => [groupRow(sequence, row), tableRow(sequence, row, broken, states.get(row))]).filter(Boolean));
   if (focused) [...$("commands").querySelectorAll("button")].find((one) => one.ariaLabel === focused.ariaLabel)?.focus();
   follow();
 }
@@ -207,14 +207,15 @@ function toldTether({ tether_lengths: lengths }, row) {
 // A long name may go on in a second line behind its underscore.
 const breakable = (text) => text.split(/(?<=_)/).flatMap((part, i) => (i ? [element("wbr"), part] : [part]));
 
-function tableRow(command, row, broken, state, tether, leg) {
+function tableRow(sequence, row, broken, state) {
+  const [command, tether, leg] = [sequence.commands[row], toldTether(sequence, row), sequence.legs[row]];
   const mine = broken.filter((rule) => rule.row === row);
   const duration = element("input", {
     type: "number", min: "0", step: "any", value: asTyped(command.duration), ariaLabel: texts.secondsOf(row + 1),
     onchange: ({ target }) => {
       target.blur();
       drawn = "";
-      editTyped(target, asTyped(command.duration), (number) => ({ kind: "duration", row, number }));
+      editTyped(target, asTyped(command.duration), (number) => ({ kind: "duration", row, number }), sequence.digest);
     },
   });
   return element("tr", { className: mine.length ? "failing" : state?.state === "started" ? "current" : "" },
@@ -229,6 +230,6 @@ function tableRow(command, row, broken, state, tether, leg) {
     element("td", { className: mine.length ? "no" : "sign", textContent: mine.length ? mine.map((rule) => rule.text).join(" ") : "✓" }),
     element("td", { className: state ? "told" : "", textContent: state?.text ?? "–", title: state?.times ?? "" }),
     element("td", {}, element("button", {
-      type: "button", textContent: "✕", ariaLabel: texts.deleteRow(row + 1), onclick: () => edit({ kind: "delete", row }),
+      type: "button", textContent: "✕", ariaLabel: texts.deleteRow(row + 1), onclick: () => deleteRow(row, sequence.digest),
     })));
 }

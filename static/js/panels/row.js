@@ -4,10 +4,11 @@ import { act } from "../acts.js";
 import { $, asTyped, element } from "../dom.js";
 import { edit, editTyped, isOnItsWay } from "../edits.js";
 import { jointsOf, slides } from "../robot.js";
-import { known, subscribe } from "../store.js";
+import { changed, known, subscribe } from "../store.js";
 import * as texts from "../texts/commands.js";
 import { shortName } from "./legs.js";
 
+const WAIT = { name: "WAIT", duration: 1.0 };
 const listeners = [];
 let chosen = null; // row, from 0
 let drawn = "";
@@ -17,10 +18,10 @@ export function start() {
   const last = () => known.sequence.commands.length - 1;
   act({ text: texts.rowUp, button: "row-up", run: () => move(-1), refusal: () => none() || (chosen > 0 ? "" : texts.isFirst) });
   act({ text: texts.rowDown, button: "row-down", run: () => move(1), refusal: () => none() || (chosen < last() ? "" : texts.isLast) });
-  act({ text: texts.splitRow, button: "row-split", run: () => edit({ kind: "split", row: chosen }), refusal: none });
-  act({ text: texts.waitBefore, button: "row-wait", run: () => edit({ kind: "insert", row: chosen, command: { name: "WAIT", duration: 1.0 } }), refusal: none });
+  act({ text: texts.splitRow, button: "row-split", run: () => edit(() => ({ kind: "split", row: meant() })), refusal: none });
+  act({ text: texts.waitBefore, button: "row-wait", run: () => edit(() => ({ kind: "insert", row: meant(), command: WAIT })), refusal: none });
   act({ text: texts.copyRow, button: "row-copy", run: copy, refusal: none });
-  act({ text: texts.deleteChosen, button: "row-delete", run: () => edit({ kind: "delete", row: chosen }), refusal: none });
+  act({ text: texts.deleteChosen, button: "row-delete", run: () => deleteRow(chosen, known.sequence.digest), refusal: none });
   subscribe(draw);
 }
 
@@ -41,16 +42,46 @@ export function choose(row) {
 // Called when another row is chosen.
 export const onChoice = (listener) => listeners.push(listener);
 
+// The row that is worked with when an edit's turn has come: one before it may have moved it.
+function meant() {
+  if (chosenRow() === null) throw new Error(texts.chooseRow);
+  return chosen;
+}
+
 // To be changed into another command: joint by joint, or its seconds.
 async function copy() {
-  const row = chosen;
-  const { name, leg, joints, duration, phase, force } = known.sequence.commands[row];
-  if (await edit({ kind: "insert", row: row + 1, command: { name, leg, joints, duration, phase, force } })) choose(row + 1);
+  let row;
+  const made = await edit(() => {
+    row = meant() + 1;
+    const { name, leg, joints, duration, phase, force } = known.sequence.commands[row - 1];
+    return { kind: "insert", row, command: { name, leg, joints, duration, phase, force } };
+  });
+  if (made) choose(row);
 }
 
 async function move(by) {
-  const from = chosen;
-  if (await edit({ kind: "move", row: from, to: from + by })) choose(from + by);
+  let to;
+  const made = await edit(() => {
+    to = meant() + by;
+    return { kind: "move", row: to - by, to };
+  });
+  if (made) choose(to);
+}
+
+// of: the version in whose list the row was pointed at.
+export async function deleteRow(row, of) {
+  if (await edit({ kind: "delete", row }, of)) goAlong(row + 1, -1);
+}
+
+export async function waitFirst() {
+  if (await edit({ kind: "insert", row: 0, command: WAIT })) goAlong(0, 1);
+}
+
+// Rows from that one on have other numbers now: what is worked with stays the same row.
+function goAlong(from, by) {
+  if (chosen === null || chosen < from) return;
+  chosen += by;
+  changed();
 }
 
 function draw() {
@@ -63,10 +94,11 @@ function draw() {
   shown = row;
   const command = known.sequence.commands[row];
   $("row-title").textContent = texts.rowTold(row + 1, command.name, known.sequence.legs[row], command.phase);
-  $("row-joints").replaceChildren(...(command.joints ?? []).map((angle, joint) => jointField(command, row, joint, angle)));
+  $("row-joints").replaceChildren(...(command.joints ?? []).map((angle, joint) => jointField(known.sequence, row, joint, angle)));
 }
 
-function jointField(command, row, joint, angle) {
+function jointField({ commands, digest }, row, joint, angle) {
+  const command = commands[row];
   const { joint_names: names, lower, upper } = known.robot;
   const whole = command.leg === null ? joint : jointsOf(command.leg)[joint];
   const name = command.leg === null ? `${known.robot.legs.find((leg) => jointsOf(leg).includes(whole))} ${shortName(names[whole])}` : shortName(names[whole]);
@@ -76,7 +108,7 @@ function jointField(command, row, joint, angle) {
       onchange: ({ target }) => {
         target.blur();
         drawn = "";
-        editTyped(target, asTyped(angle, 4), (number) => ({ kind: "joint", row, joint, number }));
+        editTyped(target, asTyped(angle, 4), (number) => ({ kind: "joint", row, joint, number }), digest);
       },
     }));
 }

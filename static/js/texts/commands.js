@@ -57,6 +57,7 @@ export const until = (name, force) => `${name} until ${force} N more`;
 export const all = "all";
 export const stepsOf = (leg) => `Leg ${leg} steps`;
 export const deleteRow = (row) => `Delete row ${row}`;
+export const rowsHaveMoved = "Nothing was changed: the rows have other numbers by now. Look at the list, and do it again.";
 export const noNumber = (field) => `${field}: no number was typed, so nothing was changed.`;
 
 // -- the chosen row --------------------------------------------------------------------------------
