@@ -17,7 +17,7 @@ def test_a_checked_move_becomes_commands_and_is_sent(page: Page, served: Running
     page.locator("#shift-dz").fill("-0.1")
     before = held(served)["sequence"]
     press(page, "Check the move")
-    expect(page.locator("#what-if-answer")).to_contain_text("The chassis can go there")
+    expect(page.locator("#what-if-answer")).to_contain_text("The chassis can go there, up −0.100 m, through")
     page.locator("#make-body-move").click()
     until(lambda: held(served)["sequence"] != before, "the commands")
     digest = held(served)["sequence"]

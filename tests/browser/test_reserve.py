@@ -45,3 +45,22 @@ def test_a_move_keeps_a_reserve_unless_none_is_asked_for_and_says_what_it_costs(
     assert bare["status"] == "found", bare["reason"]
     assert not [one for one in bare["checks"] if "reserve" in one["name"]]
     expect(answer).to_contain_text("The chassis can go there")
+
+
+def test_what_is_asked_for_again_is_answered_again(console: Page, quiet: Running) -> None:
+    console.locator("#panel-what-if summary").click()
+    answer = console.locator("#what-if-answer")
+    press(console, "Find a shift for the footfall")
+    until(lambda: held(quiet)["shift"], "an answer")
+    expect(answer).not_to_contain_text("Looking for a shift")
+    said = answer.locator("p").inner_text()
+    first = held(quiet)["shift"]
+    with console.expect_request("**/shifts"):
+        press(console, "Find a shift for the footfall")
+    expect(answer.locator("p")).to_have_text(said)
+    assert held(quiet)["shift"] == first
+    # refused, nothing is looked for
+    console.route("**/shifts", lambda one: one.fulfill(status=409, json={"detail": "not now"}))
+    press(console, "Find a shift for the footfall")
+    expect(console.locator("#toast")).to_have_text("not now")
+    expect(answer).to_have_text("")

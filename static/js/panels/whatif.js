@@ -5,6 +5,7 @@ import { get, once, post, put, request } from "../api.js";
 import { settled } from "../choosing.js";
 import { $, asTyped, attempt, element } from "../dom.js";
 import { reveal } from "../layout.js";
+import { jobEnded } from "../planning.js";
 import { notFor } from "../robot.js";
 import { known, subscribe } from "../store.js";
 import { refresh } from "../stream.js";
@@ -20,6 +21,7 @@ const { FIELDS, shiftTold } = texts;
 
 let shownAnswer = ""; // "shift", "body_move", or "": what the answer that stands there is of
 const answered = { shift: "", body_move: "", what_if: "" };
+const ANSWERS = { shift: { folder: "shifts", told: (answer) => toldShift(answer) }, body_move: { folder: "body-moves", told: (answer) => toldMove(answer) } };
 
 export function start() {
   $("what-if-fields").append(...FIELDS.map(([name, text]) =>
@@ -76,10 +78,23 @@ const find = () => attempt(async () => {
   const chosen = known.summary.footfall;
   $("panel-what-if").open = true;
   say(texts.lookingForShift);
-  await post("/sessions/current/shifts", { leg: chosen.leg, target: [chosen.x, chosen.y], ...reserve() });
+  try {
+    await ask("shift", { leg: chosen.leg, target: [chosen.x, chosen.y], ...reserve() });
+  } catch (error) {
+    if ($("what-if-answer").textContent === texts.lookingForShift) say("");
+    throw error;
+  }
 });
 
-const check = () => attempt(() => post("/sessions/current/body-moves", { shift: shift(), after: plannedAfter(), ...reserve() }));
+const check = () => attempt(() => ask("body_move", { shift: shift(), after: plannedAfter(), ...reserve() }));
+
+// Whoever asks again is shown the answer again, also where it is the one before.
+async function ask(kind, order) {
+  await jobEnded(await post(`/sessions/current/${ANSWERS[kind].folder}`, order));
+  await refresh();
+  if (shownAnswer !== kind) answered[kind] = "";
+  draw(known);
+}
 
 // what is not kept is asked for as such
 const reserve = () => ($("keep-reserve").checked ? {} : { settings: { reach_reserve: 0, joint_reserve: 0 } });
@@ -97,7 +112,7 @@ function say(text, className = "") {
   $("what-if-answer").replaceChildren(element("p", { className, textContent: text }));
 }
 
-async function draw({ summary }) {
+function draw({ summary }) {
   if (!summary) return;
   $("status-what-if-box").hidden = !summary.what_if;
   if (summary.what_if) {
@@ -105,7 +120,7 @@ async function draw({ summary }) {
     $("status-what-if").textContent = (summary.after ? texts.afterStep : texts.chassisAt(shiftTold(summary.what_if) || texts.unmoved))
       + (fits ? "" : texts.statusOutOfDate(reason));
   }
-  const doubt = ["shift", "body_move"].filter((one) => one === shownAnswer && summary.up_to_date[one]?.fits === false).map((one) => summary.up_to_date[one].reason)[0];
+  const doubt = Object.keys(ANSWERS).filter((one) => one === shownAnswer && summary.up_to_date[one]?.fits === false).map((one) => summary.up_to_date[one].reason)[0];
   $("what-if-doubt").hidden = !doubt;
   $("what-if-doubt").textContent = doubt ? texts.askAgain(doubt) : "";
   const shown = summary.after ? "" : JSON.stringify(summary.what_if ?? "");
@@ -114,22 +129,28 @@ async function draw({ summary }) {
     // moved by hand, or on another page
     if (summary.what_if && shown && !$("what-if-fields").contains(document.activeElement)) write(summary.what_if);
   }
-  if (summary.shift && summary.shift !== answered.shift) {
-    answered.shift = summary.shift;
-    const answer = await get(`/sessions/current/shifts/${summary.shift}`);
-    if (answer.shift) write(answer.shift);
-    // where none keeps a reserve this one is checked without, and says so
-    if (answer.reason.startsWith("▲")) $("keep-reserve").checked = false;
-    const moved = answer.shift ? shiftTold(answer.shift) : "";
-    const text = moved ? texts.shiftFound(moved, answer.reason) : answer.reason;
-    showAnswer("shift", answer, text);
-  }
-  if (summary.body_move && summary.body_move !== answered.body_move) {
-    answered.body_move = summary.body_move;
-    const answer = await get(`/sessions/current/body-moves/${summary.body_move}`);
-    showAnswer("body_move", answer, answer.plan ? texts.moveFound(answer.plan.waypoints.length) : answer.reason);
+  for (const kind of Object.keys(ANSWERS)) if (summary[kind] && summary[kind] !== answered[kind]) read(kind, summary[kind]);
+}
+
+async function read(kind, digest) {
+  answered[kind] = digest;
+  try {
+    const answer = await get(`/sessions/current/${ANSWERS[kind].folder}/${digest}`);
+    if (answered[kind] === digest) showAnswer(kind, answer, ANSWERS[kind].told(answer));
+  } catch {
+    if (answered[kind] === digest) answered[kind] = ""; // the next summary asks again
   }
 }
+
+function toldShift({ shift: found, reason }) {
+  if (found) write(found);
+  // where none keeps a reserve this one is checked without, and says so
+  if (reason.startsWith("▲")) $("keep-reserve").checked = false;
+  const moved = found ? shiftTold(found) : "";
+  return moved ? texts.shiftFound(moved, reason) : reason;
+}
+
+const toldMove = ({ plan, shift: asked, reason }) => (plan ? texts.moveFound(shiftTold(asked) || texts.unmoved, plan.waypoints.length) : reason);
 
 function showAnswer(kind, answer, text) {
   shownAnswer = kind;

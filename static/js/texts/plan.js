@@ -59,7 +59,7 @@ export const unmoved = "unmoved";
 export const statusOutOfDate = (why) => ` ▲ OUT OF DATE: ${why}`;
 export const askAgain = (why) => `▲ Out of date: ${why}. Ask again.`;
 export const shiftFound = (shift, reason) => `A shift makes it possible: ${shift}. ${reason}`;
-export const moveFound = (count) => `The chassis can go there through ${count} postures of all legs.`;
+export const moveFound = (shift, count) => `The chassis can go there, ${shift}, through ${count} postures of all legs.`;
 
 /** @type {[string, string, number][]} name, text, how much one of the field is */
 export const FIELDS = [
