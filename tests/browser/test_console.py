@@ -258,6 +258,15 @@ def test_the_scene_goes_back_along_the_timeline_and_returns(console: Page, quiet
     assert [one["event"] for one in asked] == [last - 1, last - 2, None]
 
 
+def test_who_scrubs_to_the_end_sees_the_scene_as_it_is(console: Page) -> None:
+    console.locator("#timeline-back").click()
+    console.locator("#timeline-scene").click()
+    expect(console.locator("#past-note")).to_be_visible()
+    console.locator("#timeline-scrub").fill("10000")
+    expect(console.locator("#timeline-text")).to_contain_text("Now. Latest:")
+    expect(console.locator("#past-note")).to_be_hidden()
+
+
 @RIGID
 def test_the_ghost_goes_where_the_rover_was(console: Page, quiet: Running) -> None:
     plan = held(quiet, "/sessions/current/plans/current")["plan"]

@@ -59,10 +59,14 @@ function lay() {
 }
 
 function scrub(place) {
-  now = place >= 1;
+  if (place >= 1) {
+    toNow();
+    return;
+  }
+  now = false;
   const nearest = events.findLastIndex((_, i) => axis.placeOfKnot(i) <= place + NEAR / 2);
   read(Math.max(0, nearest));
-  point(now ? null : axis.timeAt(place));
+  point(axis.timeAt(place));
 }
 
 function step(by) {
