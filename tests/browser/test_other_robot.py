@@ -89,6 +89,7 @@ def test_a_walk_is_planned_commanded_and_carried_out(other: Page, robot_served: 
     expect(other.locator("#next-act")).to_have_text("Plan walk")
     made(robot_served, "described_walk", lambda: other.locator("#next-act").click())
     expect(other.locator("#walk-answer")).to_contain_text("Walk found")
+    expect(other.locator("#job-said")).to_have_text("Walk found")
     walk = held(robot_served, f"{SESSION}/described-walks/{held(robot_served)['described_walk']}")
     expect(other.locator("#walk-answer ol li")).to_have_count(len(walk["plan"]["moves"]))
 
@@ -140,6 +141,7 @@ def test_a_step_by_keys_and_stop(other: Page, robot_served: Running) -> None:
     expect(other.locator("#footfall-answer")).to_contain_text("leg 1")
     other.locator("#h-footfall").click()
     made(robot_served, "described_step", lambda: other.keyboard.press("P"))
+    expect(other.locator("#job-said")).to_have_text("Plan found")
     expect(other.locator("#next-act")).to_have_text("Make commands: leg 1")
     other.keyboard.press("S")
     until(lambda: held(robot_served)["sequence"], "the commands")

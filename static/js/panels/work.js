@@ -84,17 +84,18 @@ function show(text, share, late = false) {
 // Whether it was told: what a plan came to is known with the plan.
 function tellEnd(job) {
   if (!job) return true;
-  const [kind, state] = [job.kind, job.state];
+  const { kind, state } = job;
+  const read = KINDS[kind]?.as ?? kind; // of the page's panels
   if (state === "failed") say(kind, "no", texts.failed(texts.namedFirst(kind), job.error?.message ?? shared.noReason));
   else if (state === "cancelled") say(kind, "", texts.cancelled(texts.namedFirst(kind)));
-  else if (texts.FOUND[kind] && known[kind]?.digest === job.result) {
-    const { status, reason } = known[kind];
-    if (status === "found") say(kind, "yes", texts.FOUND[kind], { of: kind, digest: job.result });
-    else say(kind, "no", texts.notFound(texts.titleOf(kind), reason), { of: kind, digest: job.result });
+  else if (texts.FOUND[read] && known[read]?.digest === job.result) {
+    const { status, reason } = known[read];
+    if (status === "found") say(kind, "yes", texts.FOUND[read], { of: read, digest: job.result });
+    else say(kind, "no", texts.notFound(texts.titleOf(read), reason), { of: read, digest: job.result });
   } else if (areaOf(kind) === "commands" && known.sequence?.digest === job.result) {
     if (known.sequence.valid) say(kind, "yes", texts.commandsReady, { of: "sequence", digest: job.result });
     else say(kind, "no", texts.commandsBroken, { of: "sequence", digest: job.result });
-  } else if ((texts.FOUND[kind] || areaOf(kind) === "commands") && performance.now() - seen < PATIENCE) return false;
+  } else if ((texts.FOUND[read] || areaOf(kind) === "commands") && performance.now() - seen < PATIENCE) return false;
   else say(kind, areaOf(kind) === "ground" ? "yes" : "", texts.ready(texts.namedFirst(kind))); // of others it is not known here what they found
   return true;
 }
