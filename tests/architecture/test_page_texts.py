@@ -28,6 +28,7 @@ NO_TEXTS = {
 """How strings begin that look like texts and are none, and what they are."""
 SIGNED = {
     ("link.js", "signed(degrees, 1)}°"),
+    ("link.js", "signed(difference)} m"),
     ("walk.js", "signed(length, 2)} m"),
     ("scene.js", "signed(height)} m"),
 }

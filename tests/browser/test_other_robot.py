@@ -21,6 +21,18 @@ from tests.support.waiting import BOUND, else_after, until
 LEGS = 6
 WALK = "walk"
 """The layout that the page is delivered with."""
+OFF = """async (unit) => {
+    const { known, changed } = (await import("/js/page.js")).modules["store.js"];
+    const [[joint], [before]] = [known.robot.joint_names, known.robot.joint_units];
+    known.robot.joint_units[0] = unit;
+    const reason = `${joint} is not where the plan starts`;
+    const plan_matches_rover = { ok: false, joint, difference: -0.1, reason, older_ground: false };
+    known.summary = { ...known.summary, plan_matches_rover };
+    changed();
+    known.robot.joint_units[0] = before;
+    return document.querySelector("#status-match").textContent.replace(joint, "JOINT");
+}"""
+"""What the status bar says where the first joint, in that unit, is not where the plan starts."""
 
 
 @pytest.fixture
@@ -98,6 +110,9 @@ def test_a_walk_is_planned_commanded_and_carried_out(other: Page, robot_served: 
     expect(other.locator("#next-act")).to_have_text("Make commands: the walk")
     other.locator("#next-act").click()
     until(lambda: held(robot_served)["sequence"], "the commands")
+    expect(other.locator("#commands tbody tr")).not_to_have_count(0)
+    assert other.evaluate(OFF, "rad") == "JOINT off −5.7°"
+    assert other.evaluate(OFF, "m") == "JOINT off −0.100 m"
     send(other, robot_served)
     end = held(robot_served, f"{SESSION}/telemetry")["T_site_base"]
     assert end[0][3] > begin[0][3]

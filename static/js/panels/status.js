@@ -3,6 +3,7 @@
 import { act } from "../acts.js";
 import { post } from "../api.js";
 import { $, attempt, toast } from "../dom.js";
+import { isAthletes, slides } from "../robot.js";
 import { steadyMode } from "../steadymode.js";
 import { askToStop, isNothingToStop, keepLineOpen } from "../stopline.js";
 import { stopIsConfirmed, stopIsUnconfirmed, stopIsWished } from "../stopwish.js";
@@ -164,9 +165,10 @@ function drawMatch(summary, frame) {
 // In few words; all of them show where the bar is pointed at.
 function off({ joint, difference, reason }) {
   if (!reason.startsWith(joint)) return reason;
-  const [, leg, name] = /^leg(\d+)_(.*?)(?:_joint)?$/.exec(joint) ?? [null, "", joint];
-  const degrees = (difference * 180) / Math.PI;
-  return texts.jointOff(leg, name.replaceAll("_", " "), degrees);
+  const [, leg, name] = /^leg(\d+)_(.*?)(?:_joint)?$/.exec(joint) ?? [];
+  const told = isAthletes() && leg ? texts.jointOfLeg(leg, name.replaceAll("_", " ")) : joint;
+  if (slides(known.robot.joint_names.indexOf(joint))) return texts.slideOff(told, difference);
+  return texts.jointOff(told, (difference * 180) / Math.PI);
 }
 
 // What is meant to happen is no warning; what waits for somebody is one.
