@@ -135,6 +135,17 @@ def test_legs_show_load_and_the_joint_that_is_nearest_its_limit(
     look("legs")
 
 
+def test_legs_of_a_rover_that_reports_no_forces_are_not_said_to_stand_or_not(console: Page, quiet: Running) -> None:
+    console.keyboard.press("8")
+    say(quiet, 1, wheel_forces=np.zeros((6, 3)))
+    rows = console.locator("#legs-table tbody tr")
+    expect(rows).to_have_count(6)
+    for leg in range(6):
+        expect(rows.nth(leg)).to_contain_text("? no forces")
+    console.locator("#panel-legs .fold").click()
+    expect(console.locator("#panel-legs > .state")).to_have_text("no forces are reported")
+
+
 def test_plots_show_what_was_said_and_mark_what_is_stale(console: Page, quiet: Running, athlete, look: Keep) -> None:
     console.keyboard.press("8")
     torques = np.zeros(36)

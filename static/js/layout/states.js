@@ -17,7 +17,7 @@ const STATES = {
   loop: ({ walk_loop: loop }) => (!loop || loop.state === "ended" ? texts.noLoop : texts.loop(loop.state === "held")),
   execution: ({ execution, up_to_date: fits }) => doubted(fits.execution, execution.digest ? texts.sag(execution.status === "found") : texts.noSag),
   commands: ({ gate, run }) => (gate.state === "sending" && run ? texts.atRow((gate.row ?? 0) + 1, run.rows.length) : commandsTold(known.sequence)),
-  legs: () => (known.frame ? texts.legs(aloft(known.frame)) : texts.noTelemetry),
+  legs: () => (known.frame ? legsTold(known.frame) : texts.noTelemetry),
   telemetry: () => (known.frame ? texts.telemetry(telemetryAge(known.frame)) : texts.noTelemetry),
   sessions: ({ name }) => name,
   record: ({ events }) => texts.record(events),
@@ -37,8 +37,8 @@ function walkTold(walking, walk) {
 
 const commandsTold = (sequence) => (sequence ? texts.commands(sequence.commands.length, sequence.duration, sequence.valid) : texts.noCommands);
 
-function aloft({ wheel_forces: forces }) {
+function legsTold({ wheel_forces: forces }) {
   const up = forces.map((force) => force[2]);
   const weight = up.reduce((sum, one) => sum + one, 0);
-  return up.flatMap((one, leg) => (one < known.robot.least_load * weight ? [leg] : []));
+  return weight > 0 ? texts.legs(up.flatMap((one, leg) => (one < known.robot.least_load * weight ? [leg] : []))) : texts.noForces;
 }

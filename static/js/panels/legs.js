@@ -40,14 +40,14 @@ function draw({ frame, summary, robot }) {
 }
 
 function row(leg, force, weight, most, frame, summary) {
-  const share = weight > 0 ? force / weight : 0;
+  const share = weight > 0 ? force / weight : null; // what reports no forces says of no leg whether it stands
   const worst = worstTorque(leg, frame);
   const chosen = summary?.view.leg === leg;
   const state = stateOf(leg, share, frame);
   return element("tr", { className: chosen ? "current" : "" },
     element("th", { scope: "row", textContent: `${chosen ? "▸ " : ""}${leg}`, title: known.robot.leg_names[leg] }),
     element("td", { textContent: state }),
-    element("td", {}, bar(force / most), number(fixed(force, 0), 4), number(percent(share), 5)),
+    element("td", {}, bar(force / most), number(fixed(force, 0), 4), number(share === null ? "–" : percent(share), 5)),
     element("td", { className: worst.share >= 1 ? "no" : worst.share >= HIGH ? "doubt" : "" },
       bar(worst.share, worst.share >= 1 ? "bad" : worst.share >= HIGH ? "warn" : "good"),
       number(worst.limit === null ? "–" : percent(worst.share), 5),
@@ -58,7 +58,8 @@ function row(leg, force, weight, most, frame, summary) {
 function stateOf(leg, share, frame) {
   const turned = jointsOf(leg).map((joint) => Math.abs(frame.posture[joint] - before.posture[joint]));
   const moves = Math.max(...turned) > MOVES;
-  return (share < known.robot.least_load ? texts.inAir : texts.stands) + (moves ? texts.moves : "");
+  const stands = share === null ? texts.noForces : share < known.robot.least_load ? texts.inAir : texts.stands;
+  return stands + (moves ? texts.moves : "");
 }
 
 // Where nobody says a joint's limit (null), it has no share of one.

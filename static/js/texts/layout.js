@@ -47,6 +47,7 @@ export const images = (pairs) => `${pairs} pairs`;
 export const noImages = "none";
 export const telemetry = (since) => `${age(since)} old`;
 export const noTelemetry = "none yet";
+export const noForces = "no forces are reported";
 export const legs = (aloft) => (aloft.length ? `in the air: ${aloft.join(", ")}` : "all stand");
 
 export const record = (count) => `${count} so far`;

@@ -42,6 +42,7 @@ export const INTERVAL = "as they came";
 export const stale = "Stale: this is how it was when the rover was last heard.";
 export const inAir = "▽ in air";
 export const stands = "▬ stands";
+export const noForces = "? no forces";
 export const moves = ", moves";
 export const torqueOf = (torque, limit, slides) => `${fixed(torque, 0)} of ${limit === null ? "an unknown limit" : fixed(limit, 0)} ${slides ? "N" : "N·m"}`;
 export const fromHip = (length) => `from the hip; the leg is ${metres(length, 2)} long`;
