@@ -69,5 +69,9 @@ export async function logOut() {
   location.assign("/login.html");
 }
 
+// What a panel was not told is asked for again after this long, by whoever draws it then.
+const RETRY = 5000; // ms
+export const askAgain = (forget) => setTimeout(forget, RETRY);
+
 // One key for each deliberate act: a repeated request (double click, retry) is the same act.
 export const once = () => ({ "Idempotency-Key": crypto.randomUUID() });

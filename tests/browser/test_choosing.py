@@ -51,6 +51,16 @@ def test_suggestions_wait_for_colours_that_are_being_made(console: Page, quiet: 
     expect(console.locator("#toast")).to_be_hidden()
 
 
+def test_a_legend_that_did_not_come_leaves_none_of_another_layer(console: Page, quiet: Running) -> None:
+    digest = coloured(console, quiet, 2)
+    legend = console.locator("#legend")
+    expect(legend).to_contain_text("reachable and stable")
+    console.route(f"**/maps/{digest}", lambda one: one.fulfill(status=409, json={"detail": "not now"}), times=1)
+    console.locator("#layer").select_option("slope")
+    expect(legend).to_be_empty()
+    expect(legend).to_contain_text("°")
+
+
 def test_suggestions_and_two_layers_side_by_side(console: Page, quiet: Running, look: Keep) -> None:
     console.locator("#friction-aware").check()
     console.locator("#panel-ground summary").get_by_text("Balance assumptions", exact=True).click()

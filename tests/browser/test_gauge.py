@@ -73,6 +73,15 @@ def test_margins_of_rover_ghost_and_worst_moment(console: Page, quiet: Running, 
     expect(console.get_by_role("radio", name="polygon", exact=True)).to_be_checked()
 
 
+def test_margins_that_were_not_told_are_asked_for_again(console: Page) -> None:
+    console.route("**/steadiness/*", lambda one: one.fulfill(status=409, json={"detail": "not now"}))
+    console.reload()
+    worst = console.locator("#gauge-worst output")
+    expect(worst).to_have_text("? not now")
+    console.unroute("**/steadiness/*")
+    expect(worst).to_contain_text("row")
+
+
 def test_the_gauge_says_what_it_does_not_know(console: Page, quiet: Running, look: Callable[[str], None]) -> None:
     now, meter = console.locator("#gauge-now"), console.locator("#gauge-now [role=meter]")
     telling(quiet, 1)

@@ -8,7 +8,7 @@ from typing import Any
 
 import numpy as np
 import pytest
-from playwright.sync_api import Page, expect
+from playwright.sync_api import Page, Route, expect
 
 from footfall.planning.body.stand import stand
 from footfall.planning.walk.problem import WalkGoal, WalkSettings
@@ -99,6 +99,22 @@ def test_the_ghost_plays_a_whole_walk_foot_move_by_foot_move(console: Page, quie
     # the margin there, judged by the session along the walk, is the one of the planner
     at = float(np.interp(held(quiet)["view"]["scrub"], moments, plan["margins"]))
     expect(console.locator("#gauge-ghost output")).to_contain_text(f"{at:.2f} m, foot move")
+
+
+def test_what_was_not_told_of_a_walk_is_asked_for_again(console: Page, quiet: Running) -> None:
+    asked: list[Route] = []
+
+    def answer(route: Route) -> None:
+        asked.append(route)
+        if len(asked) > 1:
+            route.continue_()
+        else:
+            route.fulfill(status=409, json={"detail": "not now"})
+
+    console.route("**/along", answer)
+    walked(quiet)
+    expect(console.locator("#strip-spare")).to_have_text("◆ not now")
+    expect(console.locator("#strip-spare")).to_contain_text("m to spare")
 
 
 def test_what_smoothing_changed_is_told(console: Page, quiet: Running, look: Keep) -> None:

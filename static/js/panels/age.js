@@ -1,6 +1,6 @@
 // Age: the legend of the hatching that the scene lays over old ground, whatever layer it shows.
 
-import { get } from "../api.js";
+import { askAgain, get } from "../api.js";
 import { element, $ } from "../dom.js";
 import { subscribe } from "../store.js";
 import * as texts from "../texts/scene.js";
@@ -17,7 +17,9 @@ async function draw({ summary }) {
   if (wanted === legendFor) return;
   legendFor = wanted;
   const found = wanted && wanted !== "none" ? await get(`/sessions/current/terrains/${wanted}/age`).catch(() => null) : null;
-  if (wanted === legendFor) $("age-legend").replaceChildren(...(wanted ? linesOf(found) : []));
+  if (wanted !== legendFor) return;
+  if (wanted && wanted !== "none" && !found) askAgain(() => { if (wanted === legendFor) legendFor = ""; });
+  else $("age-legend").replaceChildren(...(wanted ? linesOf(found) : []));
 }
 
 function linesOf(found) {

@@ -1,7 +1,7 @@
 // Plans side by side: ask for the step otherwise, compare, choose; and go on from where the plan ends.
 
 import { act } from "../acts.js";
-import { get, post, put, request } from "../api.js";
+import { askAgain, get, post, put, request } from "../api.js";
 import { $, attempt, element, fixed, signed } from "../dom.js";
 import { answered } from "../planning.js";
 import { known, subscribe } from "../store.js";
@@ -64,8 +64,11 @@ async function draw({ summary }) {
   const wanted = JSON.stringify([summary.plan.digest, summary.plan.compared]);
   if (wanted === shownFor) return;
   shownFor = wanted;
-  listed = summary.plan.compared.length ? await attempt(() => get("/sessions/current/plans")) ?? [] : [];
-  if (wanted === shownFor) show();
+  const found = summary.plan.compared.length ? await get("/sessions/current/plans").catch(() => null) : [];
+  if (wanted !== shownFor) return;
+  if (!found) askAgain(() => { if (wanted === shownFor) shownFor = ""; });
+  listed = found ?? [];
+  show();
 }
 
 function show() {

@@ -2,7 +2,7 @@
 // at the worst moment of what is planned.
 
 import { act } from "../acts.js";
-import { get, put } from "../api.js";
+import { askAgain, get, put } from "../api.js";
 import { $, attempt, element } from "../dom.js";
 import { footMoveTold } from "../footmoves.js";
 import { walkPlayed } from "../pace.js";
@@ -120,7 +120,11 @@ function fetchCourse(digest, session) {
   while (courses.size > AT_ONCE) courses.delete(courses.keys().next().value);
   get(`/sessions/${encodeURIComponent(session)}/steadiness/${digest}`)
     .then((answer) => { courses.set(digest, answer); draw(known); })
-    .catch((error) => { courses.set(digest, { failed: error.message, why: {}, known: {} }); draw(known); });
+    .catch((error) => {
+      courses.set(digest, { failed: error.message, why: {}, known: {} });
+      askAgain(() => courses.delete(digest));
+      draw(known);
+    });
 }
 
 function drawNow(summary, frame) {

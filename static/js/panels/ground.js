@@ -1,7 +1,7 @@
 // Ground: images, terrain, the colouring for the chosen leg, and which layer is shown.
 
 import { act } from "../acts.js";
-import { get, post, put } from "../api.js";
+import { askAgain, get, post, put } from "../api.js";
 import { choiceText, chosenPairs, notBuildable } from "../cameras.js";
 import { chooseLeg, settled } from "../choosing.js";
 import { $, attempt, element, toast } from "../dom.js";
@@ -173,10 +173,15 @@ async function drawLegend(summary) {
   const wanted = shown ? `${maps}/${summary.view.layer}` : "";
   if (wanted === legendFor) return;
   legendFor = wanted;
-  const about = wanted ? await get(`/sessions/current/maps/${maps}`) : { layers: {}, not_lifted: "" };
+  const about = wanted ? await get(`/sessions/current/maps/${maps}`).catch(() => null) : { layers: {}, not_lifted: "" };
+  if (wanted !== legendFor) return;
+  if (!about) {
+    $("legend").replaceChildren(); // that of another layer would be wrong
+    askAgain(() => { if (wanted === legendFor) legendFor = ""; });
+    return;
+  }
   const layer = wanted ? about.layers[summary.view.layer] : { legend: [] };
   const rows = layer?.legend ?? [{ text: texts.frictionNotComputed, rgb: [134, 150, 178] }];
-  if (wanted !== legendFor) return;
   $("legend").replaceChildren(
     ...rows.map(({ text, rgb }) => {
       const swatch = element("i", { ariaHidden: "true" });

@@ -2,8 +2,8 @@
 // of the ground under its footfalls, each with a press to where it is worst.
 
 import { act } from "../acts.js";
-import { get } from "../api.js";
-import { $, asTyped, attempt, element } from "../dom.js";
+import { askAgain, get } from "../api.js";
+import { $, asTyped, element } from "../dom.js";
 import { along, footMoveTold, worstOf } from "../footmoves.js";
 import { walkPlayed } from "../pace.js";
 import { isAthletes } from "../robot.js";
@@ -20,6 +20,7 @@ const LEAST = { spare: 0.02, age: 60 }; // m and s that are as high as a band, w
 let drawn = null; // the plan that is on it
 let asked = ""; // digest of the walk that the server was last asked about
 let told = null; // what it said: what the plan itself does not have
+let why = ""; // why it did not say it, until it does
 
 export function start() {
   for (const [name, text] of Object.entries(ACTS)) {
@@ -47,16 +48,15 @@ function draw() {
   pointAt(shownMoment());
 }
 
-// Once for each walk; the strip is drawn again with what comes.
-function ask(digest) {
+// Once for each walk, and again where it was not told; the strip is drawn again with what comes.
+async function ask(digest) {
   if (digest === asked) return;
-  [asked, told] = [digest, null];
-  attempt(async () => {
-    const found = await get(`/sessions/current/walks/${digest}/along`);
-    if (digest !== asked) return; // another walk came meanwhile
-    [told, drawn] = [found, null];
-    draw();
-  });
+  [asked, told, why] = [digest, null, ""];
+  const [found, refused] = await get(`/sessions/current/walks/${digest}/along`).then((answer) => [answer, ""], (error) => [null, error.message]);
+  if (digest !== asked) return; // another walk came meanwhile
+  [told, why, drawn] = [found, refused, null];
+  if (!found) askAgain(() => { if (digest === asked) asked = ""; });
+  draw();
 }
 
 function pointAt(moment) {
@@ -124,7 +124,7 @@ function mark(name, at, plan, moments, highest) {
   sign.title = [at.why, footMoveTold(plan, at.waypoint), plan.phases[at.waypoint]].filter(Boolean).join(", "); // of the button it says what that does
 }
 
-const lacking = (name) => (name === "age" && isTimeless() ? texts.noTimes : texts.workedOut);
+const lacking = (name) => (name === "age" && isTimeless() ? texts.noTimes : why || texts.workedOut);
 
 const spareAt = (waypoint) => told.parts.find((part) => part.waypoint === waypoint)?.spare ?? 0;
 

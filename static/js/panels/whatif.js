@@ -1,7 +1,7 @@
 // What if the chassis stood elsewhere over the same feet: shown as the state that is planned from, and marked as such.
 
 import { act } from "../acts.js";
-import { get, once, post, put, request } from "../api.js";
+import { askAgain, get, once, post, put, request } from "../api.js";
 import { settled } from "../choosing.js";
 import { $, asTyped, attempt, element } from "../dom.js";
 import { reveal } from "../layout.js";
@@ -138,7 +138,7 @@ async function read(kind, digest) {
     const answer = await get(`/sessions/current/${ANSWERS[kind].folder}/${digest}`);
     if (answered[kind] === digest) showAnswer(kind, answer, ANSWERS[kind].told(answer));
   } catch {
-    if (answered[kind] === digest) answered[kind] = ""; // the next summary asks again
+    askAgain(() => { if (answered[kind] === digest) answered[kind] = ""; });
   }
 }
 
