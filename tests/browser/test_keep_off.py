@@ -67,6 +67,12 @@ def test_routes_and_walks_heed_ground_that_is_kept_off(
     console.locator("#area-map").click()
     until(lambda: drawn(console) > 10, "the marked ground on the map")
     look("keep-off")
+    # a page that is loaded again still keeps off it
+    console.reload()
+    expect(console.locator("#walk-places-text")).to_have_text("Places: 1 forbidden. Plan the walk to heed them.")
+    console.locator("#map-two").evaluate("box => box.checked && box.click()")
+    console.locator("#walk-x").fill(str(GOAL[0]))
+    console.locator("#walk-y").fill(str(GOAL[1]))
 
     console.locator("#area-goal").click()
     made(quiet, "route", lambda: press(console, "Plan route"))
@@ -79,6 +85,7 @@ def test_routes_and_walks_heed_ground_that_is_kept_off(
     console.locator("#walk-x").fill("0.5")
     made(quiet, "walk", lambda: press(console, "Plan walk"))
     assert areas(held(quiet, "/sessions/current/walks/current"), "forbidden") == [(*MIDDLE, RADIUS)]
+    expect(console.locator("#walk-places-text")).to_have_text("Places: 1 forbidden. The latest walk heeds them.")
     console.locator("#area-walk").click()
     console.locator("#walk-places-clear").click()
     expect(console.locator("#walk-places")).to_be_hidden()

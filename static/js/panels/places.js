@@ -7,9 +7,10 @@ import { settled } from "../choosing.js";
 import { $, attempt } from "../dom.js";
 import { areHeeded, meantOf, movedTo, withMoves } from "../footfallmoves.js";
 import { explainKey, heardFirst } from "../keys.js";
-import { changed, known } from "../store.js";
+import { changed, known, subscribe } from "../store.js";
 import * as texts from "../texts/walk.js";
 
+const KEPT_AS = "footfall-places";
 const LEAST_AREA = 0.05; // m, the radius of ground that is kept off
 let said = { forbidden: [], pinned: [] };
 let moves = []; // footfalls of the shown walk that a hand moved
@@ -20,6 +21,7 @@ export function start() {
   act({ text: texts.forgetPlaces, button: "walk-places-clear", run: () => say({ forbidden: [], pinned: [] }) });
   for (const [keys, text] of texts.MOVE_KEYS) explainKey(keys, text);
   heardFirst(press);
+  subscribe(draw);
 }
 
 const keepOff = () => attempt(async () => {
@@ -44,25 +46,43 @@ export function addPlaces({ forbidden, pinned }) {
 
 // What was moved is of the walk before: it stays said, by its places.
 export function settleMoves() {
+  recall();
   held = null;
   say(placesSaid());
 }
 
 function tellPlaces() {
-  const told = placesTold();
-  $("walk-places").hidden = !told;
-  $("walk-places-text").textContent = told;
+  sessionStorage.setItem(KEPT_AS, JSON.stringify({ session: known.summary?.id, said: placesSaid() }));
   markMoved();
   changed();
 }
 
-function placesTold() {
-  const told = Object.entries(placesSaid()).filter(([, of]) => of.length).map(([what, of]) => texts.some(of.length, what)).join(", ");
-  return told && texts.placesTold(told);
+// What was said in this session outlives a reload of the page.
+let recalled = false;
+function recall() {
+  if (recalled) return;
+  recalled = true;
+  const kept = JSON.parse(sessionStorage.getItem(KEPT_AS));
+  if (kept?.session === known.summary.id) said = kept.said;
 }
 
+function draw({ summary }) {
+  if (!summary) return;
+  recall();
+  const told = held ? texts.movingTo(held.number + 1, held.to) : placesTold();
+  $("walk-places").hidden = !told;
+  if ($("walk-places-text").textContent !== told) $("walk-places-text").textContent = told;
+}
+
+function placesTold() {
+  const told = Object.entries(placesSaid()).filter(([, of]) => of.length).map(([what, of]) => texts.some(of.length, what)).join(", ");
+  return told && (areSaidHeeded() ? texts.placesHeeded : texts.placesTold)(told);
+}
+
+const areSaidHeeded = () => areHeeded(placesSaid(), known.walk?.provenance.settings);
+
 // What was said of places, in words, as long as the walk was planned without; else "".
-export const unheededPlaces = () => (areHeeded(placesSaid(), known.walk?.provenance.settings) ? "" : placesTold());
+export const unheededPlaces = () => (areSaidHeeded() ? "" : placesTold());
 
 // What was said: { forbidden: [{x, y, …}], pinned: [{x, y, leg}] }.
 export const placesSaid = () => withMoves(said, moves);
@@ -83,8 +103,6 @@ export function takeFootfall({ number, leg, from, at }) {
 export function carryFootfall(to) {
   if (!held) return;
   held = { ...held, to };
-  $("walk-places").hidden = false;
-  $("walk-places-text").textContent = texts.movingTo(held.number + 1, to);
   changed();
 }
 

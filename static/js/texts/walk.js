@@ -24,6 +24,7 @@ export const forgetPlaces = "Forget forbidden and pinned places";
 export const noWalkToCommand = "There is no walk yet: plan one to its goal.";
 export const walkOver = "The walk is over.";
 export const some = (count, what) => `${count} ${what}`;
+export const placesHeeded = (places) => `Places: ${places}. The latest walk heeds them.`;
 export const placesTold = (places) => `Places: ${places}. Plan the walk to heed them.`;
 export const noGaitOnTether = "No gait hangs on a tether: plan a free walk, or take the tether off.";
 export const outOfDate = (why) => `Out of date: ${why}. Plan the walk again.`;
