@@ -2,7 +2,7 @@
 
 import { get } from "./api.js";
 import { attempt } from "./dom.js";
-import { subscribe } from "./store.js";
+import { now, subscribe } from "./store.js";
 import * as texts from "./texts/record.js";
 
 export const events = []; // oldest first
@@ -50,5 +50,5 @@ export const clock = (time) => new Date(time * 1000).toISOString().slice(11, 19)
 // With the day where that was not today.
 export function when(time) {
   const day = (at) => new Date(at * 1000).toISOString().slice(0, 10);
-  return day(time) === day(Date.now() / 1000) ? clock(time) : `${day(time).slice(5)} ${clock(time)}`;
+  return day(time) === day(now()) ? clock(time) : `${day(time).slice(5)} ${clock(time)}`;
 }

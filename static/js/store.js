@@ -23,6 +23,18 @@ const SILENT_AFTER = 5; // seconds
 export const silent = () => (performance.now() - known.heardAt) / 1000;
 export const alive = () => known.connected && silent() < SILENT_AFTER;
 
+const UNSURE = 5; // s: answers tell whole seconds, and take their time
+let ahead = 0; // s: the server's clock before this computer's
+
+// date: of an answer that has just come, as its header has it; null: none.
+export function hearClock(date) {
+  const found = date === null ? 0 : (Date.parse(date) - Date.now()) / 1000;
+  ahead = Math.abs(found) > UNSURE ? found : 0;
+}
+
+// The server's time [s since 1970]: what it says the time of is as old as by its clock, whatever this computer's is.
+export const now = () => Date.now() / 1000 + ahead;
+
 // How old a telemetry message is by now [s].
 export const telemetryAge = (frame) => frame.age_s + (performance.now() - frame.heardAt) / 1000;
 

@@ -5,7 +5,7 @@ import { PAGE, ROOT, request } from "./api.js";
 import { toast } from "./dom.js";
 import { asPanelsRead } from "./legged.js";
 import { isAthletes, orders, plannedBy } from "./robot.js";
-import { changed, known } from "./store.js";
+import { changed, hearClock, known } from "./store.js";
 import { buildOrLoad } from "./texts/ground.js";
 import * as texts from "./texts/page.js";
 import { clickMissed } from "./texts/scene.js";
@@ -36,7 +36,8 @@ async function fetchAll() {
   while (again) {
     again = false;
     newer = {};
-    const { body: summary } = await request("GET", "/sessions/current", undefined, {}, PATIENCE);
+    const { body: summary, response } = await request("GET", "/sessions/current", undefined, {}, PATIENCE);
+    hearClock(response.headers.get("Date"));
     if (known.summary && summary.id !== known.summary.id) {
       loadAnew(); // another session: every panel starts anew
       return;

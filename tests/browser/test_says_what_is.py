@@ -37,6 +37,17 @@ def carried_out(quiet: Running) -> None:
     say(quiet, len(commands) + 2, posture=live.rover.frame.state.posture + 0.3)
 
 
+def test_ages_go_by_the_servers_clock(console: Page, quiet: Running) -> None:
+    past, old = "const real = Date.now; Date.now = () => real() - 1e10;", re.compile(r"^[\d.]+ (s|min|h) old$")
+    ground = console.locator("#status-ground")
+    expect(ground).to_have_text(old)
+    state = ground.get_attribute("data-state")
+    console.add_init_script(past)
+    console.reload()
+    expect(ground).to_have_text(old)
+    assert ground.get_attribute("data-state") == state
+
+
 def test_of_a_silent_server_nothing_is_said_to_go_on(console: Page, quiet: Running) -> None:
     console.get_by_role("button", name="Take conn").click()
     conn = console.locator("#status-conn")

@@ -3,12 +3,12 @@
 import { $ } from "../dom.js";
 import { outOfDate, walkOutOfDate } from "../fits.js";
 import { notFor } from "../robot.js";
-import { known, telemetryAge } from "../store.js";
+import { known, now, telemetryAge } from "../store.js";
 import * as texts from "../texts/layout.js";
 
 // name → words; an area that is not here says nothing.
 const STATES = {
-  ground: ({ terrain }) => (terrain ? texts.ground(terrain.known, Date.now() / 1000 - terrain.seen) : texts.noGround),
+  ground: ({ terrain }) => (terrain ? texts.ground(terrain.known, now() - terrain.seen) : texts.noGround),
   images: ({ pairs }) => (pairs?.length ? texts.images(pairs.length) : texts.noImages),
   footfall: ({ footfall }) => (footfall ? texts.footfall(footfall.leg, footfall) : texts.noFootfall),
   plan: ({ plan, up_to_date: fits }) => doubted(fits.plan, planTold(plan)),

@@ -4,7 +4,7 @@ import { act } from "../acts.js";
 import { get, logOut } from "../api.js";
 import { $, attempt, toast } from "../dom.js";
 import { lacking } from "../rights.js";
-import { known, subscribe } from "../store.js";
+import { known, now, subscribe } from "../store.js";
 import * as texts from "../texts/page.js";
 
 const SOON = 15 * 60; // seconds before its end that a login warns
@@ -20,7 +20,7 @@ export async function start() {
 
 function draw() {
   const { name, role, accounts, notice, ends } = known.me;
-  const left = ends ? ends - Date.now() / 1000 : Infinity;
+  const left = ends ? ends - now() : Infinity;
   const ending = left < SOON ? texts.loginEnds(Math.max(0, left)) : "";
   $("status-user").dataset.state = !accounts || ending ? "warn" : "none";
   $("status-user").textContent = accounts ? `${name}, ${role}${ending}` : texts.anyone; // two lines of the bar

@@ -10,7 +10,7 @@ import { layerNames, layerOptions, subscribeToLayers } from "../layers.js";
 import { pictureAt } from "../picture.js";
 import { isAthletes } from "../robot.js";
 import { freeze } from "../stance.js";
-import { alive, known, subscribe } from "../store.js";
+import { alive, known, now, subscribe } from "../store.js";
 import * as texts from "../texts/ground.js";
 import * as shared from "../texts/shared.js";
 import { showPair } from "./images.js";
@@ -147,7 +147,7 @@ function drawGround(summary) {
     $("ground-text").textContent = texts.takeAndBuild;
     return;
   }
-  const seconds = Date.now() / 1000 - terrain.seen;
+  const seconds = now() - terrain.seen;
   box.dataset.state = !alive() ? "stale" : seconds > OLD_GROUND ? "warn" : "good";
   box.textContent = alive() ? texts.old(seconds) : texts.oldAtLeast(seconds);
   const fit = summary.up_to_date.maps[summary.view.leg];

@@ -11,7 +11,7 @@ import { cross, lines } from "../imagelines.js";
 import { isShown, reveal } from "../layout.js";
 import { loadPicture, pictureAt, retryPicture, shownPicture } from "../picture.js";
 import { lacking } from "../rights.js";
-import { known, subscribe } from "../store.js";
+import { known, now, subscribe } from "../store.js";
 import * as texts from "../texts/images.js";
 import { picks, setGoal } from "./goal.js";
 
@@ -156,7 +156,7 @@ function drawPairs() {
 
 function drawAge(summary) {
   const { moved, reason } = list.since;
-  const when = list.taken === null ? "" : texts.taken(clock(list.taken), Date.now() / 1000 - list.taken);
+  const when = list.taken === null ? "" : texts.taken(clock(list.taken), now() - list.taken);
   $("picture-about").textContent = $("picture-about").title = texts.snapshotTold(pair, view, list.snapshot.slice(0, 8), when);
   const box = $("picture-age");
   box.dataset.state = moved ? "stale" : moved === null ? "warn" : "good";

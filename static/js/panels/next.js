@@ -7,7 +7,7 @@ import { goWithJob } from "../layout.js";
 import { nextThing } from "../nextthing.js";
 import { lacking } from "../rights.js";
 import { isAthletes, sees } from "../robot.js";
-import { changed, known, subscribe } from "../store.js";
+import { changed, known, now, subscribe } from "../store.js";
 import * as commands from "../texts/commands.js";
 import * as texts from "../texts/next.js";
 import * as shared from "../texts/shared.js";
@@ -57,7 +57,7 @@ function factsOf({ summary, walk, sequence }) {
   const walked = walking !== null && walking.done > 0;
   return {
     stopped: standsStopped(known), notCleared: lacking($("stop-clear")) || kept(), gate, making: waitedFor(AWAITED), armed: armedFor(), picking: picks(),
-    loop: loopNow(), walking, walk, walked, places: unheededPlaces(), goal: goalTold(), heading: goalMeant().yaw, gait: $("walk-gait").value, look, ground: terrain, now: Date.now() / 1000,
+    loop: loopNow(), walking, walk, walked, places: unheededPlaces(), goal: goalTold(), heading: goalMeant().yaw, gait: $("walk-gait").value, look, ground: terrain, now: now(),
     fits: summary.up_to_date.walk?.fits ?? false,
     whole: wholeOf(summary),
     ready: summary.up_to_date.sequence?.fits && sequence && !summary.commands_carried_out ? commanded(summary) : 0,

@@ -7,7 +7,7 @@ import { $, asTyped, element } from "../dom.js";
 import { along, footMoveTold, worstOf } from "../footmoves.js";
 import { walkPlayed } from "../pace.js";
 import { isAthletes } from "../robot.js";
-import { known, subscribe } from "../store.js";
+import { known, now, subscribe } from "../store.js";
 import * as texts from "../texts/walk.js";
 import { ghostTo, shownMoment } from "./ghost.js";
 
@@ -80,7 +80,7 @@ function worst(plan) {
 }
 
 // Of each foot move how old the ground is that it comes down on [s]; none where the map does not say when it was seen.
-const agesOf = () => (told.newest === null ? [] : told.seen_before.map((before) => before + Math.max(0, Date.now() / 1000 - told.newest)));
+const agesOf = () => (told.newest === null ? [] : told.seen_before.map((before) => before + Math.max(0, now() - told.newest)));
 const isTimeless = () => told !== null && told.newest === null;
 
 function show(plan) {

@@ -8,7 +8,7 @@ import { describe, events, subscribeToEvents, when as dated } from "../events.js
 import { signOf } from "../eventsigns.js";
 import { KINDS } from "../kinds.js";
 import { showMoment } from "../scene.js";
-import { known } from "../store.js";
+import { known, now as clockNow } from "../store.js";
 import * as plan from "../texts/plan.js";
 import * as texts from "../texts/record.js";
 import * as shared from "../texts/shared.js";
@@ -89,7 +89,7 @@ function toNow() {
 function read(index) {
   at = index;
   const event = events[index];
-  const when = now ? texts.nowLatest : event && texts.past(Math.max(0, Date.now() / 1000 - event.time));
+  const when = now ? texts.nowLatest : event && texts.past(Math.max(0, clockNow() - event.time));
   $("timeline-text").textContent = event ? `${when} ${dated(event.time)} ${describe(event)}` : texts.noEvents;
   $("timeline-text").dataset.state = now ? "none" : "warn";
   $("timeline-scrub").setAttribute("aria-valuetext", $("timeline-text").textContent);
