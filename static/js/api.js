@@ -7,11 +7,15 @@ import { readable } from "./words.js";
 export const ROOT = "/api/v1";
 
 // This page by a name of its own: whoever holds the conn is one page. It outlives a reload, not the tab.
+const NAMED_AS = "footfall-page";
 export const PAGE = (() => {
-  const kept = sessionStorage.getItem("footfall-page") ?? Array.from(crypto.getRandomValues(new Uint8Array(12)), (byte) => byte.toString(16).padStart(2, "0")).join("");
-  sessionStorage.setItem("footfall-page", kept);
+  const kept = sessionStorage.getItem(NAMED_AS) ?? Array.from(crypto.getRandomValues(new Uint8Array(12)), (byte) => byte.toString(16).padStart(2, "0")).join("");
+  sessionStorage.setItem(NAMED_AS, kept);
   return kept;
 })();
+
+// Loaded anew it has another one.
+export const forgetName = () => sessionStorage.removeItem(NAMED_AS);
 
 export class Problem extends Error {
   constructor(status, body) {

@@ -8,6 +8,7 @@ import { startEvents } from "./events.js";
 import { listenForKeys } from "./keys.js";
 import { loadLayers } from "./layers.js";
 import { startLayout } from "./layout.js";
+import { startName } from "./onename.js";
 import { startPalette } from "./palette.js";
 import { startPuck } from "./puck.js";
 import { leaveOut } from "./robot.js";
@@ -64,6 +65,7 @@ wearKept();
 async function start() {
   // before anything that waits for the server: stop works, and says so when nothing answers
   status.start();
+  startName();
   listenForKeys(status.stop);
   startPalette();
   startController();

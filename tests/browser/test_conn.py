@@ -180,3 +180,15 @@ def test_each_page_has_its_own_choices_or_what_the_holder_shows_chosen_openly(
     expect(second.locator("#leg-4")).to_have_attribute("aria-checked", "true")
     expect(second.locator("#footfall-x")).to_have_value("-0.450")
     assert leg_of(first) == 3
+
+
+def test_a_duplicated_tab_is_a_page_of_its_own(console: Page) -> None:
+    named = "sessionStorage.getItem('footfall-page')"
+    first = console.evaluate(named)
+    with console.context.expect_page() as opened:
+        # with a copy of what the tab keeps, as a duplicate has
+        console.evaluate("() => { window.open(location.href); }")
+    second = opened.value
+    second.wait_for_function(f"first => ![null, first].includes({named})", arg=first)
+    expect(second.locator("#status-server")).to_have_text("connected")
+    assert console.evaluate(named) == first
