@@ -8,6 +8,7 @@ import pytest
 from playwright.sync_api import Browser, Page, Route, expect
 
 from tests.browser.test_console_access import violations
+from tests.browser.test_plots import added
 from tests.support.page_steps import as_shown, held, lay_out, press
 from tests.support.server import Running
 from tests.support.waiting import until
@@ -98,6 +99,26 @@ def test_set_again_while_it_is_being_set_it_is_chosen_once(console: Page, quiet:
     console.keyboard.press("Enter")
     until(lambda: place(quiet) == pytest.approx((x + 2 * cell, y)), "the footfall that was moved on")
     assert [event["type"] for event in events(quiet)[before:]] == ["footfall_chosen"] * 2
+
+
+def test_arrow_keys_on_a_plot_move_that_and_nothing_in_hand(console: Page, quiet: Running) -> None:
+    x, y = place(quiet)
+    console.locator("#area-plots").click()
+    plot = added(console, "torque leg 2 hip pitch")
+    console.locator("#h-plots").click()
+    console.keyboard.press("a")
+    expect(console.locator("#hand-acts")).to_be_visible()
+    console.locator("#area-plots").click()
+    lines = plot.locator(".plot-lines")
+    lines.focus()
+    expect(lines).to_be_focused()
+    console.keyboard.press("ArrowLeft")
+    expect(console.locator("#plots-shown")).to_have_value("between")
+    console.locator("#h-plots").click()
+    console.keyboard.press("ArrowUp")
+    # by the one press that was meant for it
+    until(lambda: place(quiet) != (x, y), "the moved footfall")
+    assert place(quiet) == pytest.approx((x, y + held(quiet)["terrain"]["resolution"]))
 
 
 def test_undo_goes_back_over_choices_and_edits_in_their_order(console: Page, quiet: Running, look: Keep) -> None:

@@ -77,7 +77,8 @@ function heard(event) {
     attempt(settled);
     return true;
   }
-  const way = WAYS[event.key];
+  const isElsewhere = event.target.closest?.("[data-moves], .plot-lines"); // arrow keys there are that one's
+  const way = isElsewhere ? undefined : WAYS[event.key];
   const place = wanted ?? hand()?.place;
   if (!way || event.ctrlKey || event.metaKey || event.altKey || !place || way[0] >= place.length) return false;
   const step = known.summary.terrain.resolution * (event.shiftKey ? CELLS : 1);
