@@ -30,6 +30,13 @@ def test_it_is_begun_held_let_go_on_and_cancelled(page: Page, served: Running, l
     begin.click()
     assert held(served)["walk_loop"] is None  # a click is not held
 
+    # a heading that is no number is not the same as any
+    page.locator("#walk-yaw").press_sequentially("9e")
+    keep_pressed(page, "#loop-begin")
+    assert page.evaluate("document.querySelector('#walk-yaw').validity.badInput")
+    assert held(served)["walk_loop"] is None
+    page.locator("#walk-yaw").fill("")
+
     page.locator("#loop-look_every").fill("0")  # the sample's ground is seen already
     page.locator("#loop-route").check()
 

@@ -13,7 +13,7 @@ import { refresh } from "../stream.js";
 import * as shared from "../texts/shared.js";
 import * as texts from "../texts/walk.js";
 import { kept, unsure } from "./conn.js";
-import { goalTold } from "./goal.js";
+import { goalTold, isFilledIn } from "./goal.js";
 import { placesSaid } from "./places.js";
 import { tether } from "./tether.js";
 import { goalMeant, walkSettings } from "./walk.js";
@@ -57,6 +57,7 @@ function notBegun() {
 const begin = () => attempt(async () => {
   await settled();
   unfold("loop");
+  if (!isFilledIn()) return;
   if (!$("loop-form").checkValidity()) reveal("loop");
   if (!$("loop-form").reportValidity()) return;
   const limits = Object.fromEntries(LIMITS.map((name) => [name, Number($(`loop-${name}`).value)]));
