@@ -1,7 +1,7 @@
 // What the map from above shows over the ground: the rover, the route, the walk with its footfalls, goal, footfall, scale and north.
 
 import { barOf } from "./above.js";
-import { outOfDate } from "./fits.js";
+import { outOfDate, walkOutOfDate } from "./fits.js";
 import { keptOff } from "./footfallmoves.js";
 import { telemetryAge } from "./store.js";
 import * as texts from "./texts/ground.js";
@@ -15,7 +15,7 @@ const FRONT = 1.5; // of the chassis' radius: how far the line reaches that says
 export const COLOURS = { rover: "#ffffff", route: "#be8cff", walk: "#6fd3ff", goal: "#ffc94d", footfall: "#ffffff", pointer: "#ffc94d", forbidden: "#ff5a5a", pinned: "#7ee08a" };
 
 // The walk that is shown; null where there is none, or it is out of date.
-const wayOf = ({ summary, walk }) => (outOfDate(summary.up_to_date.walk) ? null : walk?.plan ?? walk?.partial ?? null);
+const wayOf = (facts) => (walkOutOfDate(facts) ? null : facts.walk?.plan ?? facts.walk?.partial ?? null);
 
 // The footfalls of that walk, in their order: legs, and where they come down [m].
 // A walk of a robot that others described does not say the places.

@@ -9,6 +9,7 @@ from playwright.sync_api import Browser, Page, expect
 
 from tests.browser.test_map import PIXEL_OF
 from tests.browser.test_next_thing import of_page
+from tests.support.chassis_ground import wavy
 from tests.support.laid_sample import lay_sample
 from tests.support.page_steps import held, lay_out
 from tests.support.server import running_server
@@ -74,6 +75,18 @@ def test_the_nearest_footfall_is_taken_and_none_that_is_far():
     script = SCRIPT.replace("moves[name](...given)", "moves[name](given[0], (at) => at, given[1], given[2])")
     found = of_page(script, "footfallmoves.js", [["nearest", falls, at, 4] for at in ([1, 1], [8, 0], [5, 0])])
     assert found == [falls[0], falls[2], None]
+
+
+def test_a_walk_that_is_being_walked_is_on_the_map():
+    """Its footfalls, though the rover no longer stands where the walk begins; of one that can't go on none."""
+    walk = {"plan": {"legs": [2], "stances": [{}, {"contacts": {"2": [1.0, 2.0, 0.1]}}]}}
+    moved = {"up_to_date": {"walk": {"fits": False, "reason": "the rover has moved"}}, "gate": {"state": "idle"}}
+    walking = [{"next": 1, "done": 1, "against": ""}, {"next": None, "done": 2, "against": ""}]
+    walking += [{"next": 1, "done": 1, "against": "the chassis is 0.3 m off"}, {"next": 0, "done": 0, "against": ""}]
+    facts = [{"summary": {**moved, "walking": one, "run": None}, "sequence": None, "walk": walk} for one in walking]
+    script = SCRIPT.replace("([name, ...given]) => moves[name](...given)", "(facts) => moves.footfallsOf(facts)")
+    there = [{"leg": 2, "at": [1.0, 2.0]}]
+    assert of_page(script, "abovemarks.js", facts) == [there, there, [], []]
 
 
 @pytest.fixture
@@ -171,3 +184,16 @@ def test_keys_move_it_and_the_plan_is_asked_for_with_it(walked: tuple) -> None:
     asked = held(running, "/sessions/current/walks/current")["provenance"]["settings"]
     assert [(one["x"], one["y"], one["leg"]) for one in asked["pinned"]] == [(pinned["x"], pinned["y"], leg)]
     assert [one["leg"] for one in asked["forbidden"]] == [leg]
+
+
+def test_footfalls_of_a_walk_that_is_out_of_date_are_not_moved(walked: tuple) -> None:
+    page, running = walked
+    running.sessions.current.terrains.load(wavy(half=4.0), "made for the test")
+    expect(page.locator("#walk-doubt")).to_contain_text("Out of date")
+    move = page.get_by_role("button", name="Move the footfall of foot move 1", exact=True)
+    move.click()
+    expect(page.locator("#toast")).to_contain_text("Plan the walk again")
+    move.focus()
+    page.keyboard.press("ArrowUp")
+    page.keyboard.press("Enter")
+    assert page.evaluate(PLACES) == {"forbidden": [], "pinned": []}

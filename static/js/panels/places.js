@@ -4,7 +4,8 @@
 import { act } from "../acts.js";
 import { footfallsOf } from "../abovemarks.js";
 import { settled } from "../choosing.js";
-import { $, attempt } from "../dom.js";
+import { $, attempt, toast } from "../dom.js";
+import { walkOutOfDate } from "../fits.js";
 import { areHeeded, meantOf, movedTo, withMoves } from "../footfallmoves.js";
 import { explainKey, heardFirst } from "../keys.js";
 import { changed, known, subscribe } from "../store.js";
@@ -100,6 +101,14 @@ export function takeFootfall({ number, leg, from, at }) {
   carryFootfall(at);
 }
 
+// That of a foot move, and whether there is one: of a walk that is out of date none is moved.
+export function takeFootfallOf(number) {
+  const found = footfallsMeant()[number];
+  if (found) takeFootfall(found);
+  else toast(texts.outOfDate(walkOutOfDate(known)));
+  return Boolean(found);
+}
+
 export function carryFootfall(to) {
   if (!held) return;
   held = { ...held, to };
@@ -131,7 +140,7 @@ function press(event) {
   }
   if (!(event.key in STEPS)) return false;
   const number = Number(button.dataset.moves);
-  if (held?.number !== number) takeFootfall(footfallsMeant()[number]);
+  if (held?.number !== number && !takeFootfallOf(number)) return true;
   const far = event.shiftKey ? MOVED_FINELY : MOVED;
   carryFootfall(held.to.map((one, i) => one + far * STEPS[event.key][i]));
   return true;

@@ -15,7 +15,7 @@ import * as shared from "../texts/shared.js";
 import * as texts from "../texts/walk.js";
 import { sagSettings } from "./execution.js";
 import { isFilledIn } from "./goal.js";
-import { addPlaces, footfallsMeant, placesSaid, settleMoves, takeFootfall, unheededPlaces } from "./places.js";
+import { addPlaces, placesSaid, settleMoves, takeFootfallOf, unheededPlaces } from "./places.js";
 import { alongRoute } from "./route.js";
 import { paidOut, showTether, tether } from "./tether.js";
 
@@ -153,7 +153,7 @@ function footMoves(plan) {
       number in out ? texts.tetherBy(out[number]) : " ",
       mark(texts.forbid, texts.forbidPlace(number + 1), () => addPlaces({ forbidden: [place(at)], pinned: [] })),
       mark(texts.pin, texts.pinPlace(number + 1), () => addPlaces({ forbidden: [], pinned: [{ ...place(at), leg }] })),
-      element("button", { type: "button", textContent: texts.move, ariaLabel: texts.movePlace(number + 1), title: texts.aboutMove, "data-moves": number, onclick: () => takeFootfall(footfallsMeant()[number]) }),
+      element("button", { type: "button", textContent: texts.move, ariaLabel: texts.movePlace(number + 1), title: texts.aboutMove, "data-moves": number, onclick: () => takeFootfallOf(number) }),
       element("em", { "data-moved": "" }));
   });
 }
