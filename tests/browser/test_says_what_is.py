@@ -139,3 +139,15 @@ def test_what_rounds_to_nothing_has_no_sign(console: Page) -> None:
     )
     for digits, texts in zip((0, 2, 3), said, strict=True):
         assert texts == [figure(number, digits) for number in numbers]
+
+
+def test_how_much_is_sent_at_once_outlives_a_reload(console: Page) -> None:
+    console.locator("#by-steps").check()
+    console.locator("#walk-until").select_option("next")
+    console.reload()
+    expect(console.locator("#by-steps")).to_be_checked()
+    expect(console.locator("#walk-until")).to_have_value("next")
+    console.locator("#by-steps").uncheck()
+    console.reload()
+    expect(console.locator("#walk-until")).to_have_value("next")
+    expect(console.locator("#by-steps")).not_to_be_checked()

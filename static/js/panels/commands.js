@@ -6,6 +6,7 @@ import { act } from "../acts.js";
 import { $, asTyped, attempt, element, fixed } from "../dom.js";
 import { editTyped, isOnItsWay, redo, undo } from "../edits.js";
 import { answered, awaited } from "../planning.js";
+import { remember } from "../remembered.js";
 import { isAthletes } from "../robot.js";
 import { alive, changed, known, silent, subscribe } from "../store.js";
 import * as texts from "../texts/commands.js";
@@ -30,6 +31,7 @@ export function start() {
   act({ key: "Ctrl+Y", text: texts.redo, button: "redo", run: redo, refusal: () => (known.summary?.redo ? "" : texts.nothingToRedo) });
   attempt(offerFormats);
   onChoice(() => draw(known));
+  remember("by-steps");
   for (const id of ["as-commanded", "execution-mode"]) $(id).addEventListener("change", changed);
   subscribe(draw);
 }

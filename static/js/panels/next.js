@@ -5,6 +5,7 @@ import { act, actOfButton, perform } from "../acts.js";
 import { $, toast } from "../dom.js";
 import { goWithJob } from "../layout.js";
 import { nextThing } from "../nextthing.js";
+import { remember } from "../remembered.js";
 import { lacking } from "../rights.js";
 import { isAthletes, sees } from "../robot.js";
 import { changed, known, now, subscribe } from "../store.js";
@@ -34,6 +35,7 @@ export function start() {
   act({ text: texts.doNext, button: "next-act", quiet: true, run: go, refusal: () => (HELD.includes(here.button) ? texts.holdButton : against()) });
   for (const type of ["pointerdown", "keydown"]) $("next-hold").addEventListener(type, ({ repeat }) => { if (!repeat) meant = here.button; });
   act({ text: texts.sendNext, button: "next-hold", quiet: true, held: true, run: goAsHeld, refusal: () => (HELD.includes(here.button) ? against() : texts.nothingToSend) });
+  remember("walk-until");
   $("walk-until").addEventListener("change", changed);
   // a key that is held on the other button goes on here, and must not act
   $("next-act").addEventListener("keydown", (event) => { if (event.repeat) event.preventDefault(); });
