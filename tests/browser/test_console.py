@@ -278,6 +278,24 @@ def test_who_scrubs_to_the_end_sees_the_scene_as_it_is(console: Page) -> None:
     expect(console.locator("#past-note")).to_be_hidden()
 
 
+def test_the_scene_is_not_said_to_be_as_it_is_before_the_server_has_answered(console: Page) -> None:
+    note = console.locator("#past-note")
+    console.locator("#timeline-back").click()
+    console.locator("#timeline-scene").click()
+    expect(note).to_contain_text("The scene shows the past")
+    console.route("**/scene/moment", lambda one: one.fulfill(status=409, json={"detail": "not now"}), times=1)
+    console.locator("#timeline-now").click()
+    expect(note).to_contain_text("The scene may show the past still")
+    expect(note).to_be_hidden()
+    # what is refused is not shown, and not said to be
+    console.route("**/scene/moment", lambda one: one.fulfill(status=409, json={"detail": "not now"}), times=1)
+    console.locator("#timeline-back").click()
+    console.locator("#timeline-scene").click()
+    expect(console.locator("#toast")).to_have_text("not now")
+    expect(console.locator("#timeline-scene")).to_have_attribute("aria-pressed", "false")
+    expect(note).to_be_hidden()
+
+
 @RIGID
 def test_the_ghost_goes_where_the_rover_was(console: Page, quiet: Running) -> None:
     plan = held(quiet, "/sessions/current/plans/current")["plan"]

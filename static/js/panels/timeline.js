@@ -3,7 +3,7 @@
 import { ROOT, get, once, post } from "../api.js";
 import { act } from "../acts.js";
 import { followCursor, moment, point } from "../cursor.js";
-import { $, attempt, element } from "../dom.js";
+import { $, attempt, element, toast } from "../dom.js";
 import { describe, events, subscribeToEvents, when as dated } from "../events.js";
 import { signOf } from "../eventsigns.js";
 import { KINDS } from "../kinds.js";
@@ -17,13 +17,14 @@ import { timeAxis } from "../timeaxis.js";
 import { mark as markOf } from "./plan.js";
 
 const RANGE = 10000; // steps of the slider
+const RETRY = 1000; // ms
 const NEAR = 0.012; // of the line: a click this close to a sign means that event
 
 let axis = null;
 let at = -1; // index of the event that is read out, -1: none
 let now = true; // the line's end is shown, and goes on as events come
 let sceneAt = null; // number of the event after which the scene shows how things were; null: how they are
-let sceneTold = null; // of which the server was told
+let sceneTold = null; // of which the server was told; undefined: its answer did not come
 let telling = false;
 
 export function start() {
@@ -133,19 +134,33 @@ function paint() {
 
 function showInScene(then) {
   sceneAt = then && at >= 0 ? events[at].seq : null;
-  $("past-note").hidden = sceneAt === null;
-  $("past-note").textContent = sceneAt === null ? "" : texts.sceneIsPast(dated(events[at].time));
-  $("timeline-scene").setAttribute("aria-pressed", String(sceneAt !== null));
+  notePast(sceneAt !== null ? texts.sceneIsPast(dated(events[at].time)) : sceneTold === undefined ? texts.sceneMayBePast : "");
   tellScene();
 }
 
-// The newest alone: who scrubs asks for many.
+function notePast(text) {
+  $("past-note").hidden = !text;
+  $("past-note").textContent = text;
+  $("timeline-scene").setAttribute("aria-pressed", String(sceneAt !== null));
+}
+
+// The newest alone: who scrubs asks for many. What is not shown is not said to be; that now is shown is asked for until it is.
 async function tellScene() {
   if (telling) return;
   telling = true;
   while (sceneTold !== sceneAt) {
-    sceneTold = sceneAt;
-    await attempt(() => showMoment(sceneTold));
+    const wanted = sceneAt;
+    try {
+      await showMoment(wanted);
+      sceneTold = wanted;
+      if (sceneAt === null) notePast("");
+    } catch (error) {
+      sceneTold = undefined;
+      if (wanted !== null) toast(error.message);
+      if (sceneAt === wanted) sceneAt = null;
+      if (sceneAt === null) notePast(texts.sceneMayBePast);
+      if (wanted === null) await new Promise((done) => setTimeout(done, RETRY));
+    }
   }
   telling = false;
 }

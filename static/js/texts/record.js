@@ -59,6 +59,7 @@ export const chooseEvent = "Choose an event on the timeline first.";
 export const sceneThen = "Timeline: show the scene as it was";
 export const chooseMoment = "Choose a moment on the timeline first.";
 export const sceneIsPast = (time) => `The scene shows the past, after the event of ${time}. The rover stands as it was planned from then; clicks choose nothing.`;
+export const sceneMayBePast = "The scene may show the past still: the server has not answered.";
 export const backToNow = "Timeline: back to now";
 export const isNow = "The timeline shows now.";
 export const writeNote = "Write a note";
