@@ -2,7 +2,7 @@
 
 import { fixed } from "../js/figures.js";
 import {
-  aboutSession, chosenEvent, commandsTold, eventAt, fromAbove, marginOf, noCommands, noStop, nothingPlanned, pauseIt, planFound, planOf, planRefused, playIt, shareOf, stateOf,
+  aboutSession, chosenEvent, commandsTold, eventAt, fromAbove, marginOf, noCommands, noStop, noStepPlanned, pauseIt, planFound, planOf, planRefused, playIt, shareOf, stateOf,
 } from "../js/texts/player.js";
 import { THEMES, ink, theme, wear, wearKept } from "../js/themes.js";
 import { readable } from "../js/words.js";
@@ -236,5 +236,5 @@ if (story.sequence) {
 }
 
 if (story.plans.length) choose(story.plans.length - 1);
-else $("plan-text").textContent = nothingPlanned;
+else $("plan-text").textContent = noStepPlanned;
 goTo(story.events.length - 1);

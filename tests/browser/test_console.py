@@ -339,6 +339,20 @@ def test_sessions_are_compared_and_checked(console: Page, quiet: Running, look: 
     expect(console.locator("img[src=x]")).to_have_count(0)
 
 
+@pytest.mark.parametrize("sample", ["rock-walk"])
+def test_an_exported_page_of_a_walk_does_not_say_that_nothing_was_planned(
+    chromium: Browser, quiet: Running, tmp_path: Path
+) -> None:
+    written = tmp_path / "session.html"
+    with quiet.client() as client:
+        written.write_bytes(client.get(f"/recordings/{held(quiet)['id']}.html").content)
+    page = chromium.new_context(offline=True).new_page()
+    page.goto(written.as_uri())
+    expect(page.locator("#events")).to_contain_text("walk, found")
+    expect(page.locator("#plan-text")).to_contain_text("No step was planned. Walks")
+    page.context.close()
+
+
 def test_an_exported_page_plays_without_a_server(
     chromium: Browser, quiet: Running, tmp_path: Path, look_at: Callable[[Page, str], None]
 ) -> None:

@@ -15,7 +15,7 @@ export const planFound = ({ length, duration, clearance, margin }) => `Found. Th
 export const planRefused = (status, reason) => `No plan (${inWords(status)}): ${reason}`;
 export const marginOf = (margin, unit) => `${fixed(margin)} ${unit}`;
 export const fromAbove = (title) => `From above: east to the right, north up. ${title ? `Ground: ${title}.` : "No map of this leg was made."} White: the wheel's way; cross: the chosen footfall.`;
-export const nothingPlanned = "Nothing was planned.";
+export const noStepPlanned = "No step was planned. Walks and moves of the chassis are told on the timeline alone.";
 export const playIt = "▶ Play";
 export const pauseIt = "❚❚ Pause";
 export const shareOf = (share) => percent(share);
