@@ -71,14 +71,18 @@ async function refreshProducts(summary) {
   const read = { plan: summary.plan.digest, walk: summary.walk, gait: summary.gait, route: summary.route, sequence: summary.sequence };
   for (const [name, digest] of Object.entries(read)) {
     if (!digest) known[name] = null;
-    else if (known[name]?.digest !== digest) await readProduct(name, digest).catch((error) => toast(error.message));
+    else if (known[name]?.digest !== digest || isToldOtherwise(name, summary)) await readProduct(name, digest, summary).catch((error) => toast(error.message));
   }
   if (!isAthletes()) sayWhatFor(summary);
 }
 
-async function readProduct(name, digest) {
+// What is said of commands goes by how the rover is known to sag, and that changes with what is heard of it.
+const isToldOtherwise = (name, summary) => name === "sequence" && known.sequence.sags !== sagsBy(summary);
+const sagsBy = ({ way_of_commands: way }) => JSON.stringify(way);
+
+async function readProduct(name, digest, summary) {
   const { body, response } = await request("GET", name === "sequence" ? `/sequences/${digest}` : `${FOLDERS[name]()}/${digest}`);
-  if (name === "sequence") known[name] = { ...body, etag: response.headers.get("ETag") };
+  if (name === "sequence") known[name] = { ...body, etag: response.headers.get("ETag"), sags: sagsBy(summary) };
   else known[name] = isAthletes() || name === "route" ? body : asPanelsRead(body);
 }
 

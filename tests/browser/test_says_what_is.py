@@ -6,7 +6,7 @@ import re
 import numpy as np
 from playwright.sync_api import Page, expect
 
-from tests.support.page_steps import figure, held, made, press
+from tests.support.page_steps import RIGID, figure, held, made, press
 from tests.support.server import Running
 from tests.support.spoken import current, say
 from tests.support.waiting import until
@@ -151,3 +151,12 @@ def test_how_much_is_sent_at_once_outlives_a_reload(console: Page) -> None:
     console.reload()
     expect(console.locator("#walk-until")).to_have_value("next")
     expect(console.locator("#by-steps")).not_to_be_checked()
+
+
+@RIGID
+def test_commands_are_told_by_how_the_rover_is_known_to_sag_by_now(console: Page, quiet: Running) -> None:
+    way = console.locator("#sequence-way")
+    expect(way).to_have_class("doubt")
+    say(quiet, 1, joint_torques=np.full(36, 50.0))  # its joints bear that, and are where they were told to be
+    expect(way).to_have_text("as commanded: telemetry shows that the rover's joints do not give way")
+    expect(way).to_have_class("hint")
