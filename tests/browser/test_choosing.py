@@ -114,6 +114,10 @@ def test_suggestions_and_two_layers_side_by_side(console: Page, quiet: Running, 
     expected = (west + east) / 2 + (0.4 * box["width"] - 1 - width / 2) / scale
     assert abs(float(told[1].replace("−", "-")) - expected) < 2 * about["geometry"]["resolution"] + 0.01
     look("side-by-side")
+    # it is of that leg
+    console.get_by_role("radio", name="Leg 3", exact=True).click()
+    expect(read).to_contain_text("Point at the map")
+    expect(read).not_to_contain_text("slope")
 
 
 _COLOURS = """canvas => {

@@ -165,6 +165,7 @@ async function draw({ summary }) {
   if (summary.dem !== groundFor) loadGround(summary.dem);
   if (wanted !== aboutFor) {
     aboutFor = wanted;
+    forgetPoint();
     about = wanted ? await attempt(() => get(`/sessions/current/maps/${wanted}`)) : null;
     if (aboutFor !== wanted) return; // others are asked for by now
     SIDES.forEach(loadPicture);
@@ -175,6 +176,7 @@ async function draw({ summary }) {
 function loadGround(dem) {
   groundFor = dem;
   ground = null;
+  forgetPoint();
   if (dem) load(`terrains/${dem}/relief.png`, (image) => { if (groundFor === dem) ground = image; });
   if (about) SIDES.forEach(loadStripes);
 }
@@ -269,6 +271,13 @@ function readOut(at) {
     const answer = about && await attempt(() => get(`/sessions/current/maps/${about.digest}/at?x=${asTyped(x, 4)}&y=${asTyped(y, 4)}`));
     if (answer && mine === asked) showPoint(answer);
   }, PATIENCE);
+}
+
+// What was read is of other ground, or of another leg.
+function forgetPoint() {
+  clearTimeout(waiting);
+  asked += 1;
+  $("map-read").replaceChildren(element("p", { className: "hint", textContent: texts.pointAtMap }));
 }
 
 export function showPoint(answer) {
