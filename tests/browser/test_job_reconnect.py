@@ -8,6 +8,7 @@ from playwright.sync_api import Browser, Page, expect
 from tests.browser.pictures import OUTPUTS
 from tests.support.page_steps import held, lay_out
 from tests.support.server import running_server
+from tests.support.spoken import current
 from tests.support.waiting import until
 
 
@@ -30,6 +31,7 @@ def test_the_page_goes_on_without_reload_when_its_server_is_back(chromium: Brows
     page.on("pageerror", lambda error: faults.append(str(error)))
     server = page.locator("#status-server")
     with running_server(tmp_path, prepare=lambda s: s.open_sample("rock-step")) as first:
+        current(first).rover.connected(lambda text: None)
         page.goto(f"{first.url}/?scene=off")
         page.keyboard.press("2")
         until(lambda: held(first)["view"]["leg"] == 2, "leg 2")
@@ -52,6 +54,7 @@ def test_the_page_goes_on_without_reload_when_its_server_is_back(chromium: Brows
         expect(server).to_have_attribute("data-state", "good")
         expect(page.locator("#commands tbody tr").first).to_be_visible()
         until(lambda: shown(page) == before, "choices and commands as before")
+        current(second).rover.connected(lambda text: None)
         expect(arm).to_be_enabled()
         with second.client() as client:
             client.post("/sessions/current/notes", json={"text": "written after the restart"}).raise_for_status()

@@ -160,3 +160,11 @@ def test_commands_are_told_by_how_the_rover_is_known_to_sag_by_now(console: Page
     say(quiet, 1, joint_torques=np.full(36, 50.0))  # its joints bear that, and are where they were told to be
     expect(way).to_have_text("as commanded: telemetry shows that the rover's joints do not give way")
     expect(way).to_have_class("hint")
+
+
+def test_nothing_is_armed_without_a_rover(console: Page, quiet: Running) -> None:
+    arm = console.locator("#arm")
+    expect(arm).to_have_attribute("title", "No rover is connected.")
+    expect(arm).to_be_disabled()
+    current(quiet).rover.connected(lambda text: None)
+    expect(arm).to_be_enabled()

@@ -119,6 +119,7 @@ function notArmable() {
   if (!known.sequence.valid) return texts.ruleBroken;
   if (known.summary?.stop.latched) return shared.stopInForce;
   if (known.summary?.gate?.state === "sending") return shared.sendingAlready;
+  if (known.summary && !known.summary.link.connected) return shared.noRover;
   return kept() || unsure();
 }
 
