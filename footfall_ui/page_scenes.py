@@ -21,6 +21,7 @@ class PageScenes:
         self._server, self._visitors = server, visitors
         self._lock = threading.Lock()
         self._live: LiveSession | None = None
+        self._pasts: dict[str, LiveSession] = {}
         self._scenes: dict[int, Scene] = {}
         self._closed = False
         server.scene.set_up_direction("+z")
@@ -34,16 +35,23 @@ class PageScenes:
         """Draw this session from now on."""
         with self._lock:
             self._live = live
+            self._pasts.clear()
             for scene in self._scenes.values():
                 scene.follow(live)
 
     def look_back(self, who: Identity, past: LiveSession | None) -> None:
-        """Draw the session as it was, in the scene of that page, with what it shows chosen; None: as it is now."""
+        """Draw the session as it was, in the scene of that page, with what it shows chosen; None: as it is now.
+
+        It stays so until the page says otherwise: its connection may be lost meanwhile, and come back.
+        """
         with self._lock:
             live = self._live
             if live is None:
                 return
-            if past is not None:
+            if past is None:
+                self._pasts.pop(who.seat, None)
+            else:
+                self._pasts[who.seat] = past
                 with acting(who):
                     view = live.choices.view
                     past.choices.set_view(
@@ -68,10 +76,11 @@ class PageScenes:
                 return
             # what is drawn while a page goes is for nobody, and no fault
             page._websock_connection.get_message_buffer()._warned_push_after_done = True
-            scene = Scene(page, self._visitors, self._visitors.of(self._server, page.client_id))
+            who = self._visitors.of(self._server, page.client_id)
+            scene = Scene(page, self._visitors, who)
             self._scenes[page.client_id] = scene
             if self._live is not None:
-                scene.follow(self._live)
+                scene.follow(self._pasts.get(who.seat, self._live))
 
     def _went(self, page: viser.ClientHandle) -> None:
         with self._lock:

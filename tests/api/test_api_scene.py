@@ -16,7 +16,7 @@ from footfall_ui.scene.look import ABOVE
 from footfall_ui.viser_door import open_viser
 from tests.support.drawing import PROTOCOL, Drawing, drawn, scene_page
 from tests.support.server import running_server
-from tests.support.waiting import BOUND, until
+from tests.support.waiting import BOUND, a_while, until
 
 
 @pytest.fixture(scope="module")
@@ -168,6 +168,36 @@ def test_one_page_looks_back_and_no_other_does(tmp_path, monkeypatch):
         assert "no event 1000000" in refused.json()["detail"]
         assert look_back(client, None).status_code == 204
         until(lambda: with_plan() == 2, "the plan in two scenes again")
+
+
+def test_a_scene_whose_connection_comes_back_shows_the_moment_that_it_did(tmp_path, monkeypatch):
+    """Its page still says which."""
+    drawing = Drawing()
+    monkeypatch.setattr(footfall_ui.scene_server, "open_viser", drawing.open)
+
+    def shown():
+        scenes = [page.scene for page in drawing.servers[0].get_clients().values()]
+        there = [one for one in scenes if one.get_handle_by_name("/sky") is not None]
+        return [one.get_handle_by_name("/plan/path") is not None for one in there]
+
+    def look_back(client, event):
+        one = {"FootFall-Page": "one"}
+        client.put(f"{running.url}/scene/moment", json={"event": event}, headers=one).raise_for_status()
+
+    with (
+        running_server(tmp_path, scene=True, prepare=lambda s: s.open_sample("rock-step")) as running,
+        running.client() as client,
+    ):
+        with scene_page(running.url, "one"):
+            until(lambda: shown() == [True], "the plan")
+            look_back(client, 1)
+            until(lambda: shown() == [False], "the past")
+        with scene_page(running.url, "one"):
+            until(lambda: len(shown()) == 1, "the scene again")
+            a_while(1.0)
+            assert shown() == [False]
+            look_back(client, None)
+            until(lambda: shown() == [True], "the plan again")
 
 
 def test_a_scene_that_ended_is_opened_behind_another_door(tmp_path, monkeypatch):

@@ -24,7 +24,8 @@ let axis = null;
 let at = -1; // index of the event that is read out, -1: none
 let now = true; // the line's end is shown, and goes on as events come
 let sceneAt = null; // number of the event after which the scene shows how things were; null: how they are
-let sceneTold = null; // of which the server was told; undefined: its answer did not come
+/** @type {number | null | undefined} */
+let sceneTold = NaN; // of which the server was told; NaN: of nothing yet, undefined: its answer did not come
 let telling = false;
 
 export function start() {
@@ -43,6 +44,10 @@ export function start() {
   });
   $("note-cancel").addEventListener("click", () => $("note").close());
   subscribeToEvents(() => { lay(); });
+  $("scene").addEventListener("load", () => { // another one knows of no past
+    sceneTold = NaN;
+    tellScene();
+  });
   document.addEventListener(WORN, paint);
   followCursor((time) => { if (time !== null) paint(); });
   new ResizeObserver(paint).observe($("timeline-canvas").parentElement);
