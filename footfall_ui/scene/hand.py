@@ -12,6 +12,7 @@ from footfall.session.access.acting import acting
 from footfall.session.live import LiveSession
 from footfall.telemetry.state import RobotState
 from footfall.terrain.dem import Dem
+from footfall_ui.scene.any_robot import sole_radius
 from footfall_ui.scene.drawn import server_of
 from footfall_ui.scene.handles import Drag, HandleDrawing, place_of
 from footfall_ui.scene.redrawing import Redrawing
@@ -43,7 +44,8 @@ class HandPart:
         if held is None or not isinstance(dem, Dem):
             self._handles.hide()
         else:
-            self._handles.show(held, dem, _chassis(live), live.robot.wheel_radius)
+            radius = 0.0 if held.leg is None else sole_radius(live.any_robot, held.leg)
+            self._handles.show(held, dem, _chassis(live), radius)
 
     def stance(self, live: LiveSession) -> RobotState | None:
         """How the rover would stand with the chassis where it is dragged to; None where it is not in hand."""

@@ -101,8 +101,8 @@ class HandleDrawing:
         self._of: tuple[str, int] | None = None
         self._under_way = False
 
-    def show(self, held: Held, dem: Dem, T_site_base: Array, wheel_radius: float) -> None:
-        """T_site_base: of the chassis as the rover stands."""
+    def show(self, held: Held, dem: Dem, T_site_base: Array, radius: float) -> None:
+        """T_site_base: of the chassis as the rover stands; radius: of the foot that a footfall is for [m]."""
         T = pose_of(held, dem, T_site_base)
         if self._handle is None or self._of != (held.what, held.index):
             self.hide()
@@ -117,7 +117,7 @@ class HandleDrawing:
         self._drawn.add(scene.add_label, "/hand/text", f"{SIGNS[good]}{held.read['brief']}", position=over)
         if held.what == "footfall":
             color = OPEN if good is None else YES if good else NO
-            ring, middle = near(_ring(dem, T[:3, 3], wheel_radius))
+            ring, middle = near(_ring(dem, T[:3, 3], radius))
             self._drawn.add(
                 scene.add_line_segments,
                 "/hand/ring",

@@ -405,3 +405,14 @@ def test_a_point_foot_that_slides_is_told_in_millimetres() -> None:
     state = cast(Any, SimpleNamespace(posture=at, T_site_base=np.eye(4)))
     text = alongside(ambler, sequence, 0, state).text
     assert text == f"row 1: {ambler.layout.sliding[0].replace('_', ' ')} +12.0 mm, chassis 0 mm from predicted"
+
+
+def test_a_footfall_in_hand_has_a_handle_and_a_ring_of_the_foots_size(viewed: Viewed) -> None:
+    x, y, _ = soles(viewed.robot, viewed.state.posture, viewed.state.T_site_base)[LEG]
+    viewed.live.maps.choose_footfall(LEG, float(x), float(y))
+    viewed.live.hand.hold("footfall")
+    ring = viewed.handle("/hand/ring")
+    assert np.ptp(ring.points[..., 0]) / 2 == pytest.approx(sole_radius(viewed.robot, LEG), rel=0.02)
+    viewed.handle("/hand/handle")
+    viewed.live.hand.put_down()
+    viewed.gone("/hand/ring")
