@@ -49,10 +49,10 @@ export function paintMarks(pen, place, facts, { forbidden, pinned }, moves) {
 function paintRover(pen, place, { T_base_hips: hips, legs }, frame) {
   const T = frame.T_site_base;
   const onSite = ([x, y]) => [0, 1].map((i) => T[i][3] + T[i][0] * x + T[i][1] * y);
-  if (!hips.length) return paintFacing(pen, place, onSite);
+  const dash = telemetryAge(frame) > STALE_AFTER ? [6, 3] : [];
+  if (!hips.length) return paintFacing(pen, place, onSite, dash);
   const corners = legs.map((leg) => [hips[leg][0][3], hips[leg][1][3]]);
   const around = [...corners].sort((a, b) => Math.atan2(a[1], a[0]) - Math.atan2(b[1], b[0])).map((at) => place(onSite(at)));
-  const dash = telemetryAge(frame) > STALE_AFTER ? [6, 3] : [];
   line(pen, [...around, around[0]], COLOURS.rover, dash);
   const radius = Math.max(...corners.map(([x, y]) => Math.hypot(x, y)));
   line(pen, [place(onSite([0, 0])), place(onSite([FRONT * radius, 0]))], COLOURS.rover, dash);
@@ -60,11 +60,11 @@ function paintRover(pen, place, { T_base_hips: hips, legs }, frame) {
 }
 
 // Where nobody says where its legs begin: its place, and where it faces.
-function paintFacing(pen, place, onSite) {
+function paintFacing(pen, place, onSite, dash) {
   const [at, ahead] = [place(onSite([0, 0])), place(onSite([1, 0]))];
   const share = FACING / Math.hypot(ahead[0] - at[0], ahead[1] - at[1]);
   dot(pen, at, COLOURS.rover);
-  line(pen, [at, at.map((one, axis) => one + share * (ahead[axis] - one))], COLOURS.rover);
+  line(pen, [at, at.map((one, axis) => one + share * (ahead[axis] - one))], COLOURS.rover, dash);
 }
 
 function paintWalk(pen, place, { Ts_site_base: stood }, footfalls) {

@@ -10,6 +10,23 @@ SCRIPT = """
     const asked = JSON.parse(await new Response(process.stdin).text());
     console.log(JSON.stringify(asked.map(([name, ...given]) => above[name](...given))));
 """
+DASHES = """
+    const { paintMarks } = await import(process.argv[1]);
+    const asked = JSON.parse(await new Response(process.stdin).text());
+    const dashed = ([robot, age_s]) => {
+        const found = [];
+        const take = (name) => (one) => { if (name === "setLineDash") found.push(one); };
+        const pen = new Proxy({}, { set: () => true, get: (_, name) => take(name) });
+        const T_site_base = [[1, 0, 0, 2], [0, 1, 0, 3], [0, 0, 1, 1], [0, 0, 0, 1]];
+        const summary = { up_to_date: {}, walking: null, gate: { state: "idle" }, view: {}, footfall: null };
+        const frame = { T_site_base, age_s, heardAt: performance.now() };
+        const facts = { summary, robot, walk: null, route: null, frame };
+        paintMarks(pen, (at) => at, facts, { forbidden: [], pinned: [] }, []);
+        return found.some((one) => one.length > 0);
+    };
+    console.log(JSON.stringify(asked.map(dashed)));
+"""
+"""Whether the rover's mark is dashed, of robots with telemetry of some age [s]."""
 SEEN = 60
 """Views that are tried."""
 
@@ -82,3 +99,10 @@ def test_the_bar_is_the_longest_round_length_that_has_room(views):
     for scale, length in zip(scales, told, strict=True):
         fits = round_lengths[round_lengths * scale <= most * (1 + 1e-12)]
         assert length == pytest.approx(fits.max())
+
+
+def test_a_rover_that_is_not_heard_is_dashed_whoever_described_it():
+    square = [[[1, 0, 0, x], [0, 1, 0, y], [0, 0, 1, 0], [0, 0, 0, 1]] for x in (1, -1) for y in (1, -1)]
+    athletes, another = ({"T_base_hips": hips, "legs": [0, 1, 2, 3]} for hips in (square, []))
+    asked = [[athletes, 0.1], [athletes, 30.0], [another, 0.1], [another, 30.0]]
+    assert of_page(DASHES, "abovemarks.js", asked) == [False, True, False, True]
