@@ -168,6 +168,7 @@ async function draw({ summary }) {
     forgetPoint();
     about = wanted ? await attempt(() => get(`/sessions/current/maps/${wanted}`)) : null;
     if (aboutFor !== wanted) return; // others are asked for by now
+    for (const side of SIDES) pictures[side] = null; // each side is painted while the other one loads
     SIDES.forEach(loadPicture);
   }
   paint();
