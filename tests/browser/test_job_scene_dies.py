@@ -7,12 +7,14 @@ import pytest
 from playwright.sync_api import Browser, Page, expect
 
 from tests.support.drawing import Drawing, drawn
-from tests.support.page_steps import RIGID, held, lay_out, press
+from tests.support.page_steps import RIGID, held, lay_out, let_pass, press
 from tests.support.server import Running
 from tests.support.spoken import current
 from tests.support.waiting import until
 
 pytestmark = pytest.mark.scene
+LOOK_PERIOD = 20.0
+"""How often the page looks whether its scene is still there [s], as in ``static/js/scene.js``."""
 
 
 @pytest.fixture
@@ -39,6 +41,7 @@ def test_commands_telemetry_and_stop_outlive_the_scene(
     note = page.locator("#scene-note")
     drawing.refused = True
     drawing.servers[0].stop()
+    let_pass(page, LOOK_PERIOD)
     expect(note).to_contain_text(re.compile(r"does not answer any more: its picture is of \d\d:\d\d:\d\d UTC"))
     expect(note).to_contain_text("Commands, telemetry and stop go on")
     # what is left of the picture is marked as past
@@ -76,6 +79,7 @@ def test_the_scene_comes_back_by_itself(page: Page, drawing: Drawing, look: Call
     # a long one: the page has said that it is gone, and loads it again
     drawing.refused = True
     drawing.servers[1].stop()
+    let_pass(page, LOOK_PERIOD)
     expect(page.locator("#scene-note")).to_contain_text("does not answer any more")
     drawing.refused = False
     until(lambda: len(drawing.servers) == 3 and drawing.servers[2].get_clients(), "the page in the third scene")

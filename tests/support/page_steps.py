@@ -38,6 +38,12 @@ def figure(value: float, digits: int) -> str:
     return f"{value:z.{digits}f}".replace("-", "−")
 
 
+def let_pass(page: Page, seconds: float) -> None:
+    """So much time passes for the page at once: what it looks at every now and then it looks at next."""
+    later = "ms => { const now = performance.now.bind(performance); performance.now = () => now() + ms; }"
+    page.evaluate(later, 1000.0 * seconds)
+
+
 def as_shown(text: str) -> str:
     """What the server says as the page shows it: numbers in it have true minus signs."""
     return re.sub(r"(?<![\w./=-])-(?=\d)", "−", text)
