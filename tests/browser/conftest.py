@@ -9,6 +9,7 @@ from playwright.sync_api import Browser, Page, expect, sync_playwright
 
 import footfall_ui.scene_server
 from benchmarks.console.page import DRAWING, launched
+from footfall.session.gate import machine
 from tests.browser.pictures import OUTPUTS
 from tests.support.browsers import Browsers, kill_browsers
 from tests.support.drawing import Drawing
@@ -39,6 +40,12 @@ def chromiums() -> Iterator[Browsers]:
 @pytest.fixture(scope="module", autouse=True)
 def no_thread_outlives_its_file(chromiums: Browsers, no_thread_outlives_its_file: None) -> None:
     """As elsewhere; but the browsers, which all files share, begin before the threads of the first file are counted."""
+
+
+@pytest.fixture(autouse=True)
+def patient(monkeypatch: pytest.MonkeyPatch) -> None:
+    """What is armed stays so for as long as a slow machine may take."""
+    monkeypatch.setattr(machine, "ARMED_FOR", 3600.0)
 
 
 @pytest.fixture(autouse=True)

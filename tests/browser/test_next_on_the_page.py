@@ -4,23 +4,15 @@ import re
 from collections.abc import Callable
 
 import pytest
-from playwright.sync_api import Page, expect
+from playwright.sync_api import Page, Route, expect
 
-from footfall.session import commanding
 from footfall.session.gate import machine
 from tests.browser.test_console_access import violations
-from tests.support.page_steps import RIGID, SESSION, as_shown, held, press
+from tests.support.page_steps import RIGID, SESSION, as_shown, held, let_pass, press
 from tests.support.server import Running
 from tests.support.waiting import BOUND_MS
 
 Keep = Callable[[str], None]
-
-
-@pytest.fixture(autouse=True)
-def patient(monkeypatch: pytest.MonkeyPatch) -> None:
-    """What is armed stays so for as long as a slow machine may take."""
-    for module in (machine, commanding):
-        monkeypatch.setattr(module, "ARMED_FOR", 3600.0)
 
 
 @RIGID
@@ -42,6 +34,29 @@ def test_a_click_on_what_sends_sends_nothing_and_a_stop_comes_before_it(
     expect(sends).to_be_hidden()
     assert held(served)["run"] is None
     look("stopped")
+
+
+@RIGID
+def test_what_is_armed_may_be_sent_for_as_long_from_after_its_checks(
+    page: Page, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    """However long they take; how long an answer is under way counts."""
+    monkeypatch.setattr(machine, "ARMED_FOR", 100.0)
+    longer = [90.0, 150.0]  # than in truth: said by the server, and passed for the page
+
+    def checked(route: Route) -> None:
+        response = route.fetch()
+        body = response.json()
+        let_pass(page, longer[1])
+        route.fulfill(response=response, json={**body, "took": body["took"] + longer[0]})
+
+    page.route("**/arm", checked)
+    press(page, "Arm")
+    said = page.locator("#arm-state")
+    expect(said).to_have_text(re.compile(r"^armed for [1-4]\d s"), timeout=BOUND_MS)
+    longer[0] = 0.0
+    press(page, "Arm")
+    expect(said).to_have_text(re.compile("^not armed"), timeout=BOUND_MS)
 
 
 @RIGID

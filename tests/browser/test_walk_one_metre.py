@@ -13,7 +13,7 @@ from benchmarks.soak.processes import RoverProcess
 from footfall.io.artifacts import encode
 from footfall.io.terrain_files import write_terrain
 from footfall.session import commanding
-from footfall.session.gate import checks, machine
+from footfall.session.gate import checks
 from footfall.session.log.event import loaded_world
 from footfall.telemetry.link import PATH
 from footfall.terrain.dem import Dem
@@ -57,10 +57,8 @@ def served(tmp_path: Path) -> Iterator[Running]:
 
 
 @pytest.fixture(autouse=True)
-def patient(monkeypatch: pytest.MonkeyPatch) -> None:
-    """What is armed stays so, and telemetry is fresh, for as long as a slow machine may take."""
-    for module in (machine, commanding):
-        monkeypatch.setattr(module, "ARMED_FOR", 3600.0)
+def never_stale(monkeypatch: pytest.MonkeyPatch) -> None:
+    """Telemetry is fresh for as long as a slow machine may take."""
     for module in (checks, commanding):
         monkeypatch.setattr(module, "STALE_AFTER", 1e9)
 

@@ -2,11 +2,13 @@
 
 import json
 import threading
+from types import SimpleNamespace
 
 import pytest
 
 from footfall.core.errors import CommandRefused, Conflict
 from footfall.sequence.edit import Edit
+from footfall.session import commands
 from footfall.session.access.identity import LOCAL
 from footfall.session.gate.gate import Gate
 from footfall.session.storage.sqlite_log import SqliteLog
@@ -75,6 +77,14 @@ def test_a_token_sends_once_and_expires(ready):
         ready.rover.take_acknowledgement(command, "done")
     with pytest.raises(CommandRefused, match="sends once"):
         ready.commands.send(token)
+
+
+def test_what_is_armed_says_how_long_that_was_checked(ready, monkeypatch):
+    looks = iter((100.0, 112.0))
+    monkeypatch.setattr(commands, "time", SimpleNamespace(monotonic=lambda: next(looks)))
+    answer = ready.commands.arm()
+    assert answer["took"] == 12.0
+    assert 9.0 < answer["expires_in"] <= 10.0
 
 
 def test_an_arming_expires():

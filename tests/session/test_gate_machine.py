@@ -255,7 +255,7 @@ class World(RuleBasedStateMachine):
         open_ = not self.gate.gate.stopped and self.gate.gate.run is None
         known, refused = self.confirmed >= self.gate.gate.epoch, ""
         try:
-            token = self.gate.arm("d" * 32, SEQUENCE, self.facts(), JOINTS, who)["token"]
+            token = self.gate.arm("d" * 32, SEQUENCE, self.facts(), JOINTS, who)
             assert may
             assert open_
             assert self.as_planned()

@@ -14,12 +14,12 @@ from typing import Any, Protocol
 from footfall.core.errors import Conflict
 from footfall.sequence.commands import Sequence
 from footfall.session.access.identity import Identity
-from footfall.session.answers.commands import ActedBy, ArmedAnswer, ConnAnswer, RunEnded, SentAnswer
+from footfall.session.answers.commands import ActedBy, ConnAnswer, RunEnded, SentAnswer
 from footfall.session.gate.between import Between
 from footfall.session.gate.checks import STALE_AFTER, Facts, require_fit, require_fit_to_go_on
 from footfall.session.gate.gate import Gate
 from footfall.session.gate.lease import Done
-from footfall.session.gate.machine import ARMED_FOR, HOLDS
+from footfall.session.gate.machine import HOLDS
 from footfall.session.gate.runs import Run
 from footfall.session.gate_notices import GateNotices, message_of
 from footfall.session.log.fold import SessionState
@@ -97,16 +97,14 @@ class Commanding:
 
     # -- arming and runs -----------------------------------------------------------------------
 
-    def arm(
-        self, digest: str, sequence: Sequence, facts: Facts, joint_names: tuple[str, ...], who: Identity
-    ) -> ArmedAnswer:
-        """See :meth:`footfall.session.commands.Commands.arm`."""
+    def arm(self, digest: str, sequence: Sequence, facts: Facts, joint_names: tuple[str, ...], who: Identity) -> str:
+        """The token; see :meth:`footfall.session.commands.Commands.arm`."""
         with self._audited("arm", who, sequence=digest):
             self.gate.admit(who)
             require_fit(sequence, facts, joint_names)
             token = self.gate.arm(digest, who)
         self._record("armed", {"sequence": digest, **self._by(who)})
-        return {"token": token, "sequence": digest, "expires_in": ARMED_FOR, "conn": self.gate.conn()}
+        return token
 
     def send(
         self,

@@ -72,9 +72,12 @@ class Commands:
         Takes the conn where nobody holds it. Raises CommandRefused; its details name the check that failed and by how
         much.
         """
+        begun = time.monotonic()
         digest = self._sequences.named(sequence_digest)
-        sequence = self._core.typed(Sequence, digest)
-        return self._rover.commanding.arm(digest, sequence, self._facts(digest), self._core.layout.joint_names, who)
+        sequence, names = self._core.typed(Sequence, digest), self._core.layout.joint_names
+        token = self._rover.commanding.arm(digest, sequence, self._facts(digest), names, who)
+        took, left = time.monotonic() - begun, self.gate["expires_in"] or 0.0
+        return {"token": token, "sequence": digest, "took": took, "expires_in": left, "conn": self.conn}
 
     def send(
         self, token: str, expected: str | None = None, who: Identity = LOCAL, step_by_step: bool = False

@@ -92,9 +92,9 @@ const importFile = () => attempt(async () => {
 });
 
 const arm = () => attempt(async () => {
-  const asked = performance.now(); // the server counts from before its answer arrives
+  const asked = performance.now(); // what it took the answer to arrive is over by now
   const answer = await post(`/sequences/${known.sequence.digest}/arm`, {});
-  armed = { token: answer.token, digest: answer.sequence, until: asked + answer.expires_in * 1000 };
+  armed = { token: answer.token, digest: answer.sequence, until: asked + 1000 * (answer.took + answer.expires_in) };
   changed();
 });
 

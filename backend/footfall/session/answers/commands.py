@@ -49,10 +49,14 @@ class ConnAnswer(TypedDict):
 
 
 class ArmedAnswer(TypedDict):
-    """A token that sends this version of the sequence once, within `expires_in` [s]."""
+    """A token that sends this version of the sequence once, within `expires_in` [s].
+
+    `took`: how long that was checked before [s]. So it may be sent until `took` + `expires_in` after it was asked for.
+    """
 
     token: str
     sequence: DigestText
+    took: float
     expires_in: float
     conn: ConnAnswer
 
