@@ -2,6 +2,7 @@
 
 import io
 import json
+from dataclasses import replace
 
 import httpx
 import numpy as np
@@ -11,6 +12,8 @@ from rasterio.transform import Affine
 
 from footfall.io.artifacts import encode
 from footfall.io.image_files import encode_png
+from footfall.telemetry.images import Snapshot
+from footfall.telemetry.state import RobotState
 from footfall.terrain.generate import plane
 from tests.support.problems import problem
 from tests.support.zips import zipped
@@ -188,6 +191,18 @@ def test_a_pair_goes_in_and_comes_out(client, path):
     assert client.get(about["left"].removeprefix("/api/v1")).content == encode_png(left)
     assert client.get(about["right"].removeprefix("/api/v1")).content == encode_png(right)
     assert client.post(f"{path}/terrains", json={"source": "images"}).status_code == 202
+
+
+def test_in_a_what_if_a_pair_was_taken_where_the_rover_stands(client, path, server):
+    live, given = server.sessions.get(path.split("/")[-1]), files_of(*map(encode_png, pair()))
+    stands = live.stances.set(replace(live.typed(RobotState, live.state.state), time=1.0))
+    assert client.put(f"{path}/what-if", json={"dz": -0.1}).status_code == 200
+    assert live.state.what_if == stands
+    answer = client.post(f"{path}/images/upload", files=given, data={"calibration": calibration()})
+    assert answer.status_code == 201, answer.text
+    snapshot = live.typed(Snapshot, answer.json()["digest"])
+    assert (snapshot.state.digest, live.state.state, live.state.what_if) == (stands, stands, None)
+    np.testing.assert_array_equal(snapshot.pairs[0].T_site_base, snapshot.state.T_site_base)
 
 
 @pytest.mark.parametrize(

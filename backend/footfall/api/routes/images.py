@@ -129,7 +129,8 @@ async def upload_pair(live: OneSession, request: Request, sessions: AllSessions)
 def _take_pair(live: LiveSession, calibration: Calibration, sides: list[Uploaded], held: HeldPixels) -> Digested:
     if live.state.state is None and live.rover.frame is None:
         raise Conflict("a snapshot needs the rover's state; give it with POST telemetry or state first")
-    digest = live.state.state if live.state.state is not None else live.stances.freeze()
+    # in a what-if the rover stands, and its cameras with it, where that counts from
+    digest = live.state.what_if or live.state.state or live.stances.freeze()
     state = product(live, digest, RobotState)
     packed = [(file.read(), name) for name, file in sides]
     # an image that is too large by itself is refused by its name, before it is unpacked

@@ -77,7 +77,7 @@ def _build(
 ) -> PhotographJob:
     pose = None
     if options.with_rover:
-        pose = product(live, "current", RobotState, live.state.state).T_site_base
+        pose = product(live, "current", RobotState, live.state.what_if or live.state.state).T_site_base
     with TemporaryDirectory(prefix="footfall-") as folder:
         photographs = _read(read, held, Path(folder), calibration, images, pairs, options.cameras, pose)
     settings = settings_value(TerrainSettings, options.settings)

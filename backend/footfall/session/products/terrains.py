@@ -59,7 +59,8 @@ class Terrains:
         """
         parents = {"photographs": self._core.put(photographs)}
         if with_rover:
-            state = present(self._core.state.state, "nothing is known of how the rover stands; freeze its state first")
+            stands = self._core.state.what_if or self._core.state.state
+            state = present(stands, "nothing is known of how the rover stands; freeze its state first")
             parents |= {"robot": self._core.robot_digest, "state": state}
         return self._core.product_jobs.submit(PHOTOGRAPHS, parents, settings or TerrainSettings())
 
