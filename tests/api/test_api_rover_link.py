@@ -97,6 +97,28 @@ def test_an_epoch_that_another_session_told_is_outdone(server, client, link):
     until(lambda: server.sessions.current.rover.epoch > later + 2, "a newer epoch")
 
 
+def test_a_rover_that_starts_anew_behind_a_gateway_that_keeps_the_line_is_another(server, client, link):
+    """It may stand otherwise, knows of no command and no epoch, and waits for what answers its hello."""
+    live = server.sessions.current
+    link.send(encode(HelloMessage("athlete", 6, id="before")))
+    before = hears(link, "epoch")
+    link.send(encode(EpochMessage("before", before["epoch"])))
+    until(lambda: live.commands.gate["epoch_known"], "the confirmed epoch")
+    since = len(live.events())
+    link.send(encode(HelloMessage("athlete", 6, id="after")))
+    told = hears(link, "epoch")
+    assert (told["id"], told["epoch"] > before["epoch"]) == ("after", True)
+    assert not live.commands.gate["epoch_known"]
+    until(lambda: "link_connected" in [event.type for event in live.events(since)], "the link in the log")
+    assert [event.type for event in live.events(since)] == ["link_lost", "link_connected"]
+    # said twice it is the same
+    link.send(encode(HelloMessage("athlete", 6, id="after")))
+    link.send(encode(EpochMessage("after", told["epoch"])))
+    until(lambda: live.commands.gate["epoch_known"], "the confirmed epoch")
+    assert live.rover.epoch == told["epoch"]
+    assert len(live.events(since)) == 2
+
+
 def test_the_link_is_free_again_after_a_rover_left(server, client, link):
     link.send(encode(HelloMessage(load_robot("athlete").name, 6)))
     until(lambda: client.get("/sessions/current").json()["link"]["connected"], "the connection")

@@ -240,6 +240,13 @@ class _Connection:
             if live is not None:
                 live.rover.disconnected(self._send)
 
+    def _part(self) -> None:
+        """The rover that was there is gone; the connection stays."""
+        with self._linking:
+            live, self._live = self._live, None
+            if live is not None:
+                live.rover.disconnected(self._send)
+
     async def _write(self) -> None:
         try:
             while True:
@@ -353,6 +360,8 @@ class _Connection:
     def _take_hello(self, hello: HelloMessage) -> None:
         if self._live is not None:
             require_same_rover(hello, self._live)
+        if self._hello is not None and hello.id != self._hello.id:
+            self._part()  # it was started anew, behind a gateway that keeps the line
         self._hello = hello
         try:
             live = self._session()
