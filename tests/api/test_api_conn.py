@@ -54,6 +54,18 @@ def test_what_can_not_be_asked_is_refused_by_name(rest):
         assert problem(rest.post(f"{RUN}/{what}", headers=FIRST), 409, "command-refused")["check"] == "run"
 
 
+def test_how_late_stops_come_is_said_by_the_holder(rest):
+    def far(who, seconds):
+        return rest.patch("/rover/light-time", json={"commands_s": seconds}, headers=who)
+
+    act(rest, "take", FIRST)
+    assert problem(far(SECOND, 1500.0), 409, "command-refused")["check"] == "conn"
+    assert rest.get("/rover/light-time").json()["commands_s"] == 0.0
+    assert far(FIRST, 0.5).json()["commands_s"] == 0.5
+    act(rest, "release", FIRST)
+    assert far(SECOND, 0.0).json()["commands_s"] == 0.0
+
+
 def test_anybody_stops_and_the_holder_clears(rest):
     act(rest, "take", FIRST)
     assert rest.post("/stop", headers=SECOND).json()["stopped"]

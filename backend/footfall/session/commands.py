@@ -173,7 +173,8 @@ class Commands:
         return self.gate
 
     def require_may_leave(self, who: Identity) -> None:
-        """The holder of the conn may hand the rover to another session; where nobody holds it, any commander.
+        """What concerns the rover of whoever holds the conn, as handing it to another session, is for them; where
+        nobody holds it, for any commander.
 
         Raises CommandRefused that names the holder.
         """

@@ -14,6 +14,7 @@ from fastapi.concurrency import run_in_threadpool
 from pydantic import BaseModel, ConfigDict, Field
 
 from footfall.api.access import AllSessions, client_of, current_session
+from footfall.api.acting import Actor
 from footfall.api.door.body_limits import TELEMETRY_PARTS
 from footfall.api.door.in_turn import in_turn
 from footfall.api.routes.rover import RoverDoor, fault_of, require_same_rover
@@ -247,11 +248,14 @@ def read_light_time(sessions: AllSessions) -> LightTimeAnswer:
 
 
 @router.patch("/rover/light-time")
-def set_light_time(delays: Delays, sessions: AllSessions) -> LightTimeAnswer:
+def set_light_time(delays: Delays, sessions: AllSessions, who: Actor) -> LightTimeAnswer:
     """Work with the rover as if it were as far as this (the Moon: 1.28 s). The delay is made by this server.
 
-    Messages that are on their way keep their time. The change is an event of every open session.
+    For the holder of the conn, whose commands and stops it delays; where nobody holds it, for any commander. Messages
+    that are on their way keep their time. The change is an event of every open session.
     """
+    if (live := sessions.current) is not None:
+        live.commands.require_may_leave(who)
     before = sessions.light_time
     sessions.set_light_time(
         LightTime(
