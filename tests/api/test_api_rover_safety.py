@@ -89,6 +89,21 @@ def test_reading_an_old_session_moves_nothing(quiet, client):
     problem(client.post("/sessions", json={"session": first, "name": "both"}), 422, "invalid-input")
 
 
+def test_a_question_about_an_old_session_changes_nothing_of_it(quiet, client):
+    """Viewers may ask it: it neither opens the session nor writes into its log."""
+    asked = quiet.sessions.create("asked")
+    asked.terrains.load(plane(size=10.0, resolution=0.1), "made for the tests")
+    client.post("/sessions", json={"name": "after it"}).raise_for_status()
+    quiet.sessions._open.pop(asked.id).close()
+    path = f"/sessions/{asked.id}"
+    before = client.get(f"{path}/log").json()
+    down = client.post(f"{path}/pick", json={"origin": [0.5, 0.5, 5.0], "direction": [0.0, 0.0, -1.0]})
+    assert down.json()["point"] == pytest.approx([0.5, 0.5, 0.0])
+    assert "no maps" in problem(client.post(f"{path}/suggestions", json={"leg": 2}), 409, "conflict")["detail"]
+    assert client.get(f"{path}/log").json() == before
+    assert asked.id not in quiet.sessions._open
+
+
 def test_a_stop_goes_out_while_a_session_is_being_made(quiet, client, monkeypatch):
     begun, let_go = threading.Event(), threading.Event()
     create = SessionStore.create

@@ -15,6 +15,8 @@ STOP = f"{BASE}/stop"
 """Where a stop is asked for: nothing holds it up."""
 
 _READING = ("GET", "HEAD")
+_QUESTIONS = ("/pick", "/suggestions")
+"""Ends of addresses that are asked with a body, and change nothing."""
 _V = TypeVar("_V", bound=Value)
 
 
@@ -45,7 +47,8 @@ SequenceId = Annotated[
 def one_session(request: Request, session: SessionId) -> LiveSession:
     """The session that the path names; opened where the request may change it and it was not."""
     sessions = all_sessions(request)
-    return sessions.look(session) if request.method in _READING else sessions.get(session)
+    asks = request.method in _READING or request.url.path.endswith(_QUESTIONS)
+    return sessions.look(session) if asks else sessions.get(session)
 
 
 async def _all_sessions(request: Request) -> Sessions:
