@@ -210,6 +210,19 @@ def test_of_two_edits_of_one_version_one_is_told_that_it_was_dropped(ready, monk
     assert ready.state.sequence_history[-1] == sequence
 
 
+def test_what_is_undone_and_redone_is_what_was_meant(ready):
+    first = ready.state.sequence
+    second = ready.sequences.edit(first, Edit("duration", 0, number=30.0))
+    third = ready.sequences.edit(second, Edit("duration", 0, number=31.0))
+    with pytest.raises(Conflict) as caught:
+        ready.sequences.undo(second)
+    assert caught.value.details == {"yours": second, "present": third}
+    assert ready.sequences.undo(third) == second
+    with pytest.raises(Conflict, match="has changed"):
+        ready.sequences.redo(third)
+    assert ready.sequences.redo(second) == third == ready.state.sequence
+
+
 def test_a_stop_is_latched_and_clears_only_when_acknowledged(ready, rover):
     ids = ready.commands.send(ready.commands.arm()["token"])["commands"]
     ready.commands.stop("operator")

@@ -54,6 +54,13 @@ def find(sessions: Sessions, address: str, look: bool = False) -> tuple[Lineage,
     raise NotFound(f"no open session has the sequence {address}")
 
 
+def made_in(live: LiveSession, digest: str) -> Lineage:
+    """The sequence that a version is of which was made just now, whether or not the session has another by now."""
+    state = live.state
+    versions = (*state.sequence_history, state.sequence or digest)
+    return Lineage(live, versions[0] if digest in versions else digest, versions[-1])
+
+
 def head_of(live: LiveSession) -> Lineage:
     """The session's sequence. Raises NotFound where it has none."""
     lineage = lineage_of(live)

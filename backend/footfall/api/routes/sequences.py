@@ -14,7 +14,7 @@ from footfall.api.bodies.sequence_schemas import EditModel, NewSequence, SendOrd
 from footfall.api.door.multipart import file_of, form_of, multipart_doc
 from footfall.api.door.problems import Problem
 from footfall.api.execution_orders import settings_of_order
-from footfall.api.lineage import Lineage, find, head_of
+from footfall.api.lineage import Lineage, find, made_in
 from footfall.api.routing import Routes, files
 from footfall.core.errors import InvalidInput, NotFound
 from footfall.io.exports import MEDIA, SUFFIXES, formats_for
@@ -49,10 +49,7 @@ def make(live: OneSession, order: NewSequence, response: Response) -> SequenceAn
         if settings is not None or order.as_commanded:
             raise InvalidInput("an execution says already how it is commanded: leave out settings and as_commanded")
         chosen = live.executions.found(None if order.execution == "current" else order.execution)
-    live.sequences.make(chosen, settings, as_commanded=order.as_commanded)
-    lineage = head_of(live)
-    response.headers["Location"] = f"{BASE}/sequences/{lineage.id}"
-    return sequence_body(lineage, lineage.head, response)
+    return answer_with(live, live.sequences.make(chosen, settings, as_commanded=order.as_commanded), response)
 
 
 @router.post(
@@ -73,10 +70,8 @@ async def read_in(
     """
     async with form_of(request, ("file",)) as form:
         name, content = await file_of(form, "file")
-    await run_in_threadpool(live.sequences.import_file, name, content, as_commanded=as_commanded)
-    lineage = head_of(live)
-    response.headers["Location"] = f"{BASE}/sequences/{lineage.id}"
-    return sequence_body(lineage, lineage.head, response)
+    digest = await run_in_threadpool(live.sequences.import_file, name, content, as_commanded=as_commanded)
+    return answer_with(live, digest, response)
 
 
 @router.get("/sequences/{sequence}")
@@ -92,24 +87,21 @@ def change(
 ) -> SequenceAnswer:
     """Apply one edit; every rule is checked again. A broken rule makes the sequence invalid, not the request."""
     lineage = _matched(*find(sessions, sequence), if_match)
-    lineage.live.sequences.edit(lineage.head, _edit(order.edit))
-    return _now(lineage, response)
+    return _changed(lineage.live, lineage.live.sequences.edit(lineage.head, _edit(order.edit)), response)
 
 
 @router.post("/sequences/{sequence}/undo")
 def undo(sequence: SequenceId, sessions: AllSessions, response: Response, if_match: IfMatch = None) -> SequenceAnswer:
     """Take back the last edit."""
     lineage = _matched(*find(sessions, sequence), if_match)
-    lineage.live.sequences.undo()
-    return _now(lineage, response)
+    return _changed(lineage.live, lineage.live.sequences.undo(lineage.head), response)
 
 
 @router.post("/sequences/{sequence}/redo")
 def redo(sequence: SequenceId, sessions: AllSessions, response: Response, if_match: IfMatch = None) -> SequenceAnswer:
     """Make the edit again that was taken back last, unless another came since."""
     lineage = _matched(*find(sessions, sequence), if_match)
-    lineage.live.sequences.redo()
-    return _now(lineage, response)
+    return _changed(lineage.live, lineage.live.sequences.redo(lineage.head), response)
 
 
 def _drawn(live: LiveSession) -> Robot | None:
@@ -197,9 +189,9 @@ def _matched(lineage: Lineage, digest: str, if_match: str | None) -> Lineage:
     return lineage
 
 
-def _now(lineage: Lineage, response: Response) -> SequenceAnswer:
-    changed = head_of(lineage.live)
-    return sequence_body(changed, changed.head, response)
+def _changed(live: LiveSession, digest: str, response: Response) -> SequenceAnswer:
+    # this version, also where somebody has made another one since
+    return sequence_body(made_in(live, digest), digest, response)
 
 
 def _sequence(lineage: Lineage, digest: str) -> Sequence:
@@ -220,6 +212,13 @@ def _starts_from(lineage: Lineage, digest: str) -> Literal["plan", "file", "rove
     if made is None or made.kind != IMPORT.name:
         return "plan"
     return "rover" if "state" in _sequence(lineage, first).provenance.parents else "file"
+
+
+def answer_with(live: LiveSession, digest: str, response: Response) -> SequenceAnswer:
+    """The sequence that was made, also where somebody has made another one since; its address set."""
+    lineage = made_in(live, digest)
+    response.headers["Location"] = f"{BASE}/sequences/{lineage.id}"
+    return sequence_body(lineage, digest, response)
 
 
 def sequence_body(lineage: Lineage, digest: str, response: Response) -> SequenceAnswer:

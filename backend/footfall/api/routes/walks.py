@@ -2,14 +2,13 @@
 
 from fastapi import Response
 
-from footfall.api.access import BASE, Digest, OneSession, product
+from footfall.api.access import Digest, OneSession, product
 from footfall.api.bodies.answers import JobAnswer
 from footfall.api.bodies.sequence_answers import SequenceAnswer
 from footfall.api.bodies.walk_schemas import FootMovesOrder
 from footfall.api.execution_orders import settings_of_order
-from footfall.api.lineage import head_of
 from footfall.api.routes.jobs import accepted
-from footfall.api.routes.sequences import sequence_body
+from footfall.api.routes.sequences import answer_with
 from footfall.api.routing import Routes
 from footfall.planning.walk.problem import WalkResult
 from footfall.session.answers.walks import AlongWalkAnswer, WalkingAnswer
@@ -28,10 +27,8 @@ def command_foot_moves(live: OneSession, digest: Digest, order: FootMovesOrder, 
     where they can't be commanded so: nothing is made otherwise than was asked for.
     """
     walk, settings = None if digest == "current" else digest, settings_of_order(live, order.settings)
-    live.walks.command(walk, order.first, order.count, settings, as_commanded=order.as_commanded)
-    lineage = head_of(live)
-    response.headers["Location"] = f"{BASE}/sequences/{lineage.id}"
-    return sequence_body(lineage, lineage.head, response)
+    digest = live.walks.command(walk, order.first, order.count, settings, as_commanded=order.as_commanded)
+    return answer_with(live, digest, response)
 
 
 @router.get("/sessions/{session}/walking")

@@ -53,10 +53,7 @@ class Sequences:
 
     def edit(self, digest: str, edit: Value) -> str:
         """Apply an Edit to the present sequence, which ``digest`` must name. Raises Conflict, InvalidSequence."""
-        if digest != self._core.state.sequence:
-            raise Conflict(
-                "the sequence has changed since you read it", yours=digest, present=self._core.state.sequence
-            )
+        self._require_present(digest)
         parents = {
             "robot": self._core.robot_digest,
             "sequence": digest,
@@ -78,23 +75,33 @@ class Sequences:
         request = ImportRequest(name, np.frombuffer(content, np.uint8), set_points)
         return self._stances.ask(IMPORT, request, urgent=True).finish(SHORT_JOB)
 
-    def undo(self) -> str:
-        """Go back to before the latest edit; returns that digest. Raises Conflict where there is none."""
+    def undo(self, digest: str | None = None) -> str:
+        """Go back to before the latest edit; returns that digest. Raises Conflict where there is none.
+
+        digest: of the sequence that is meant; Conflict where it is another one by now. None: whichever it is.
+        """
         with self._core.folded_log.lock:
+            self._require_present(digest)
             if not self._core.state.sequence_history:
                 raise Conflict("there is no edit to undo")
-            digest = self._core.state.sequence_history[-1]
-            self._core.folded_log.record("sequence_undone", {"digest": digest})
-        return digest
+            before = self._core.state.sequence_history[-1]
+            self._core.folded_log.record("sequence_undone", {"digest": before})
+        return before
 
-    def redo(self) -> str:
-        """Make the edit again that was undone last; returns the digest. Raises Conflict where there is none."""
+    def redo(self, digest: str | None = None) -> str:
+        """Make the edit again that was undone last; returns the digest. digest, and what is raised: as :meth:`undo`."""
         with self._core.folded_log.lock:
+            self._require_present(digest)
             if not self._core.state.sequence_ahead:
                 raise Conflict("there is no undone edit to redo")
-            digest = self._core.state.sequence_ahead[-1]
-            self._core.folded_log.record("sequence_redone", {"digest": digest})
-        return digest
+            again = self._core.state.sequence_ahead[-1]
+            self._core.folded_log.record("sequence_redone", {"digest": again})
+        return again
+
+    def _require_present(self, digest: str | None) -> None:
+        there = self._core.state.sequence
+        if digest not in (None, there):
+            raise Conflict("the sequence has changed since you read it", yours=digest, present=there)
 
     def export(self, digest: str | None = None, format: str = "seqjson") -> bytes:
         """A sequence (None: the present one) as a file. Raises InvalidSequence where a rule does not hold."""
