@@ -9,8 +9,11 @@ import pytest
 from footfall.core.errors import CommandRefused, Conflict
 from footfall.session.access.identity import Identity, Role
 from footfall.session.gate import lease
+from footfall.session.gate.checks import STALE_AFTER
 from footfall.session.gate.gate import Gate
 from footfall.session.gate.lease import ANSWER_WITHIN, CONN_FOR
+from footfall.session.rover.light_time import LightTime
+from footfall.session.storage.store import SessionStore
 from footfall.telemetry.link import HelloMessage
 from tests.support.waiting import until
 
@@ -323,3 +326,36 @@ def test_another_session_does_not_take_the_rover_from_a_run_that_waits(sessions,
     arrive(ready, ids[0], frame_of())
     with pytest.raises(Conflict, match="on their way"):
         sessions.create("other")
+
+
+def test_a_run_that_begins_while_another_session_is_made_or_read_keeps_the_rover(
+    sessions, ready, frame_of, monkeypatch
+):
+    other = sessions.create("other").id
+    sessions.open(ready.id)
+    there = {one["id"] for one in sessions.list()}
+    # however long that takes, no time passes for rover and run
+    monkeypatch.setattr(ready.rover.link, "_clock", lambda: 0.0)
+    monkeypatch.setattr(ready.rover.commanding.gate, "_clock", lambda: 0.0)
+    ready.rover.take_telemetry(frame_of(1, time=1.0))
+
+    def begins_meanwhile(do):
+        def done(*about):
+            found = do(*about)
+            begun(ready)
+            return found
+
+        return done
+
+    for act, module, name in ((sessions.open, sessions, "_load"), (sessions.create, SessionStore, "create")):
+        with monkeypatch.context() as slow:
+            slow.setattr(module, name, begins_meanwhile(getattr(module, name)))
+            with pytest.raises(Conflict, match="on their way"):
+                act(other)
+        assert sessions.current is ready
+        assert ready.commands.gate["run"] is not None
+        ready.commands.stop(who=MARY)
+        ready.rover.take_stop_acknowledgement()
+        ready.commands.clear_stop(MARY)
+        ready.commands.conn_act("release", MARY)
+    assert {one["id"] for one in sessions.list()} == there

@@ -134,6 +134,12 @@ class Sessions:
                 store.close()
                 remove_session(store.folder)
                 raise
+            try:
+                self._require_may_switch()  # making it takes a while, in which a run may have begun
+            except BaseException:
+                live.close()
+                remove_session(store.folder)
+                raise
             return self._hold(live)
 
     def open(self, session_id: str) -> LiveSession:
@@ -143,9 +149,13 @@ class Sessions:
         (CommandRefused) while somebody holds its conn. A stop that is in force stays so in the session that follows.
         """
         with self._guard:
-            if self._current is None or session_id != self._current.id:
+            other = self._current is None or session_id != self._current.id
+            if other:
                 self._require_may_switch()
-            return self._hold(self._load(session_id))
+            live = self._load(session_id)
+            if other:
+                self._require_may_switch()  # reading a long log takes seconds, in which a run may have begun
+            return self._hold(live)
 
     def get(self, session_id: str) -> LiveSession:
         """A session to be changed, opened where needed; that leaves the current one, ``current``, as it is.
