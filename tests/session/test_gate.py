@@ -143,6 +143,28 @@ def test_a_run_goes_on_only_where_its_rows_left_the_rover(ready, down, frame_of,
     assert commands(down) == ids[:1]
 
 
+def test_a_row_that_ends_while_it_is_asked_to_go_on_takes_no_other_with_it(ready, down, frame_of, monkeypatch):
+    """Held, the run waits after it, and nobody has looked where that left the rover."""
+    ids = begun(ready)
+    ready.commands.hold(MARY)
+    gate, off, asked = ready.rover.commanding.gate, frame_of(1, offset=0.5, time=1.0), []
+    steer = gate.steer
+
+    def steered(who):
+        run = steer(who)
+        if len(asked) == 1:
+            ready.rover.take_telemetry(off)
+            ready.rover.take_acknowledgement(ids[0], "done")
+        asked.append(who)
+        return run
+
+    monkeypatch.setattr(gate, "steer", steered)
+    assert "has ended just now" in refused("run", ready.commands.resume, MARY).message
+    assert (len(asked), ready.commands.gate["waiting"]) == (2, True)
+    refused("start", ready.commands.resume, MARY)
+    assert commands(down) == ids[:1]
+
+
 def test_one_page_holds_the_conn_and_arming_takes_it(ready):
     begun(ready)
     assert ready.commands.conn["holder"]["page"] == "page-a"
@@ -248,6 +270,40 @@ def test_nothing_is_armed_or_sent_before_the_rover_has_confirmed_the_epoch(ready
     begun(ready)
 
 
+def test_a_rover_that_comes_back_is_heard_before_anything_goes(ready, down, frame_of):
+    """It may have started anew with other joint angles: what it said before tells nothing, however lately that was."""
+    ids = begun(ready, steps=True)
+    arrive(ready, ids[0], frame_of())
+    ready.rover.disconnected()
+    ready.rover.connected(lambda text: down.append(json.loads(text)))
+    assert ready.rover.telemetry_age < STALE_AFTER
+    for act in (ready.commands.next_row, ready.commands.resume):
+        assert "since it connected" in refused("telemetry", act, MARY).message
+    ready.commands.abort(MARY)
+    refused("telemetry", ready.commands.arm, who=MARY)
+    assert "since it connected" in ready.fits.unheard()
+    assert ready.review.plan_matches_rover()["ok"] is None
+    assert commands(down) == ids[:1]
+    ready.rover.take_telemetry(frame_of(1))
+    assert not ready.fits.unheard()
+    begun(ready)
+    assert len(commands(down)) == 2
+
+
+def test_what_a_rover_said_before_it_was_lost_and_comes_after_it_is_back_is_of_before(ready, down, frame_of):
+    """With a light time it is still on its way when the rover has come back."""
+    link = ready.rover.link
+    ready.rover.set_light_time(LightTime(telemetry=0.25))
+    ready.rover.take_telemetry(frame_of(1, time=1.0))
+    ready.rover.disconnected()
+    ready.rover.connected(lambda text: down.append(json.loads(text)))
+    until(lambda: link.frame.number == 1, "what was said before")
+    assert (link.connected, link.age_since_connected) == (True, None)
+    ready.rover.take_telemetry(frame_of(2, time=2.0))
+    until(lambda: link.frame.number == 2, "what was said since")
+    assert link.age_since_connected is not None
+
+
 def test_the_number_of_the_conn_goes_on_after_a_restart(sessions, ready):
     ready.commands.conn_act("take", MARY)
     ready.commands.conn_act("release", MARY)
@@ -319,6 +375,23 @@ def test_an_overdue_row_is_asked_for(ready, down, monkeypatch):
     until(lambda: [one["id"] for one in down if one["type"] == "query"] == ids[:1], "the question")
     ready.rover.take_acknowledgement(ids[0], "refused", "the joint is stuck")
     assert ready.state.commands[0].state == "refused"
+
+
+def test_a_look_that_fails_is_not_the_last_one(ready, down, monkeypatch):
+    """Without the next ones no stop would be told again, and no lost link be noticed."""
+    commanding, failed = ready.rover.commanding, []
+    look = commanding.look
+
+    def fails_once():
+        if not failed:
+            failed.append(True)
+            raise OSError(5, "Input/output error")
+        look()
+
+    monkeypatch.setattr(commanding, "look", fails_once)
+    ready.commands.stop(who=MARY)
+    until(lambda: [one["type"] for one in down].count("stop") > 1, "the stop that is told again")
+    assert failed
 
 
 def test_another_session_does_not_take_the_rover_from_a_run_that_waits(sessions, ready, frame_of):

@@ -8,7 +8,7 @@ import numpy as np
 import pytest
 from scipy.optimize import root_scalar
 
-from footfall.core.errors import CommandRefused
+from footfall.core.errors import CommandRefused, InvalidBundle
 from footfall.core.value import Provenance
 from footfall.planning.walk_execution.off_walk import FOOT_MOVED
 from footfall.robot.kinematics import wheel_centers
@@ -87,6 +87,20 @@ def test_a_rover_may_still_be_moving_for_so_many_frames():
     assert not between.waits
     _, told = looked(replace(standing(), frame=None))
     assert told == ["held between foot moves: the rover has sent no telemetry yet"]
+
+
+@pytest.mark.parametrize("error", [OSError(5, "Input/output error"), InvalidBundle("artifacts/x.npz is damaged")])
+def test_where_nobody_can_tell_how_the_rover_stands_the_run_is_held(error):
+    def unread() -> Facts:
+        raise error
+
+    between = Between(unread, NAMES)
+    between.row_done(at(BEGINS), 10.0)
+    why = between.look(at(BEGINS), 11.0)
+    assert why is not None
+    assert why.startswith("held between foot moves: nobody can tell how the rover stands: ")
+    assert str(error) in why
+    assert not between.waits
 
 
 def test_a_look_is_not_taken_twice_at_one_frame():

@@ -133,6 +133,11 @@ class World(RuleBasedStateMachine):
     def age(self):
         return None if self.heard_at is None else self.now - self.heard_at
 
+    @property
+    def age_since_connected(self):
+        """Of a rover that is heard as soon as it is there; test_gate.py has the others."""
+        return self.age
+
     def said_again(self):
         """The link counts what tells nothing new."""
 

@@ -239,6 +239,16 @@ def test_a_run_that_is_under_way_goes_on_whole_but_not_row_by_row():
     assert run_of(machine.go_on(replace(held, **UNTOLD), MARY, NOW, True)).phase == "out"
 
 
+def test_a_run_goes_on_only_as_it_was_when_the_rover_was_looked_at():
+    ended: Any = machine.row_done(machine.hold(OUT, MARY, NOW), run_of(OUT))
+    assert (run_of(ended).phase, run_of(ended).row) == ("waiting", 1)
+    for before in (OUT, WAITING):
+        assert "row 1 has ended" in refused("run", machine.go_on, ended, MARY, NOW, True, run_of(before)).message
+    assert run_of(machine.go_on(ended, MARY, NOW, True, run_of(ended))).phase == "due"
+    held = machine.hold(OUT, MARY, NOW)
+    assert run_of(machine.go_on(held, MARY, NOW, True, run_of(held))).going
+
+
 def test_nothing_goes_on_where_something_is_in_the_way():
     refused("stop", machine.go_on, replace(WAITING, stop=Latch(True)), MARY, NOW, True)
     refused("epoch", machine.go_on, replace(WAITING, **UNTOLD), MARY, NOW, True)

@@ -6,6 +6,7 @@ log with who, from where and under which number of the conn.
 """
 
 import contextlib
+import logging
 import threading
 import time
 from collections.abc import Callable, Iterator, Mapping
@@ -146,7 +147,7 @@ class Commanding:
                 require_fit_to_go_on(run.sequence, run.row, facts, joint_names)
                 if self._between is not None:
                     self._between.passed()
-            run = self.gate.go_on(who, going)
+            run = self.gate.go_on(who, going, looked_at=run)
         self._record_anyway("run_resumed", {"run": run.number, "row": run.row, "mode": run.mode, **self._by(who)})
         self._send_next(run.number)
 
@@ -297,8 +298,7 @@ class Commanding:
         if run is None:
             waits = self.gate.run
             if hindered in HOLDS and waits is not None:
-                held = {"run": number, "row": waits.row, "reason": waits.why, "by": None, "conn": self.gate.conn_number}
-                self._record_anyway("run_held", held)
+                self._record_held(waits)
             elif hindered == "telemetry":
                 self._end(number, "link_lost", f"the latest telemetry is {self._link.age or 0.0:z.1f} s old")
             return
@@ -323,23 +323,19 @@ class Commanding:
     def _look_between(self, run: Run, between: Between) -> None:
         """Go on with the next foot move where the rover stands as the one before was to leave it, else hold."""
         against = between.look(run, self._link.received_at)
-        if against is None:
-            return
         if against and (held := self.gate.hold_for(run, against)) is not None:
-            payload = {
-                "run": held.number,
-                "row": held.row,
-                "reason": held.why,
-                "by": None,
-                "conn": self.gate.conn_number,
-            }
-            self._record_anyway("run_held", payload)
-        elif not against:
+            self._record_held(held)
+        elif against == "":
             self._send_next(run.number)
+
+    def _record_held(self, run: Run) -> None:
+        """It waits, as nobody asked."""
+        held = {"run": run.number, "row": run.row, "reason": run.why, "by": None, "conn": self.gate.conn_number}
+        self._record_anyway("run_held", held)
 
     @property
     def _fresh(self) -> bool:
-        age = self._link.age
+        age = self._link.age_since_connected
         return self._link.connected and age is not None and age <= STALE_AFTER
 
     def _end(self, number: int | None, outcome: str, reason: str) -> None:
@@ -380,7 +376,11 @@ class Commanding:
 
     def _watch_runs(self) -> None:
         while not self._closing.wait(WATCH_PERIOD):
-            self.look()
+            try:
+                self.look()
+            except Exception:
+                # the next look has to come all the same: a stop may have to be told again
+                logging.getLogger(__name__).exception("a look at run and rover failed")
 
     def look(self) -> None:
         """End what time has ended: the conn, a run whose rover fell silent or whose row is overdue."""

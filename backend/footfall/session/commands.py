@@ -192,7 +192,8 @@ class Commands:
         on_map = None if frame is None else self._fits.place_on_map(frame.state)
         robot = None if self._core.described is not None else self._core.robot
         reach, sliding = self._core.reach, self._core.layout.sliding
-        return Facts(link.connected, frame, link.age, dem, ground, weight, done, robot, on_map, reach, sliding)
+        age = link.age_since_connected
+        return Facts(link.connected, frame, age, dem, ground, weight, done, robot, on_map, reach, sliding)
 
     def _weight(self, sequence: str) -> float:
         """Weight of rover and payload that a sequence was planned with [N]; of a rigid step, that of its robot."""

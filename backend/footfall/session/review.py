@@ -13,7 +13,7 @@ from footfall.session.answers.plans import MatchAnswer, PlannedFor, ToCommand
 from footfall.session.carried_out import carried_out, planned_behind, to_command
 from footfall.session.choosing.choices import PageChoices
 from footfall.session.core import SessionCore
-from footfall.session.gate.checks import STALE_AFTER
+from footfall.session.gate.checks import STALE_AFTER, UNHEARD_SINCE
 from footfall.session.jobs.requests import DescribedStepRequest, DescribedWalkRequest, StepRequest, WalkRequest
 from footfall.session.log.fold import SessionState
 from footfall.session.products.compared import UpToDate
@@ -46,6 +46,8 @@ class Review:
             unknown = "the rover has sent no telemetry yet"
         elif not self._rover.link.connected:
             unknown = "the rover is not connected"
+        elif self._rover.link.age_since_connected is None:
+            unknown = UNHEARD_SINCE
         elif age > STALE_AFTER:
             unknown = f"the latest telemetry is {age:z.1f} s old"
         if unknown or start is None or frame is None:

@@ -2,7 +2,7 @@
 
 from collections.abc import Callable
 
-from footfall.core.errors import CommandRefused
+from footfall.core.errors import CommandRefused, FootFallError
 from footfall.sequence.foot_moves import begins_a_foot_move
 from footfall.session.gate.checks import Facts, require_fit_to_go_on
 from footfall.session.gate.runs import Run
@@ -37,7 +37,11 @@ class Between:
         """What speaks against going on, "" where nothing does; None: that is not known yet, or nothing waits."""
         if not self.waits or at is None or at == self._seen:
             return None
-        facts = self._facts()
+        try:
+            facts = self._facts()
+        except (FootFallError, OSError) as err:  # what it is judged by is read from the disk
+            self.waits = False
+            return f"held between foot moves: nobody can tell how the rover stands: {err}"
         self._seen, self._left = at, self._left - 1
         if facts.frame is not None and facts.frame.state.mode == "moving" and self._left > 0:
             return None

@@ -19,6 +19,7 @@ if TYPE_CHECKING:
 
 STALE_AFTER = 2.0
 """Telemetry older than this is no ground to act on [s]."""
+UNHEARD_SINCE = "the rover has sent no telemetry since it connected"
 START_TOLERANCE = 0.01
 """Largest difference of any joint between the rover and the start of a sequence [rad], of one that slides as a share of
 the reach by which the chassis is compared."""
@@ -32,10 +33,11 @@ WEIGHT_TOLERANCE = 0.1
 class Facts:
     """What the gate judges by.
 
-    dem: digest of the present terrain; planned_on: of the sequence's terrain. weight: of rover and payload, as the
-    sequence was planned with [N]. carried_out: whether every row of the sequence was done in some run. robot: whose
-    wheels are looked at between foot moves; None: they are not. on_map: where the frame has the rover on the terrain;
-    None: where the frame has it. reach: how far from its origin the chassis is compared [m]. sliding: joints that do.
+    age: of the frame [s]; None where it is from before the present connection. dem: digest of the present terrain;
+    planned_on: of the sequence's terrain. weight: of rover and payload, as the sequence was planned with [N].
+    carried_out: whether every row of the sequence was done in some run. robot: whose wheels are looked at between foot
+    moves; None: they are not. on_map: where the frame has the rover on the terrain; None: where the frame has it.
+    reach: how far from its origin the chassis is compared [m]. sliding: joints that do.
     """
 
     connected: bool
@@ -164,8 +166,10 @@ def _require_situation(sequence: Sequence, facts: Facts) -> TelemetryFrame:
     """The frame to judge by, of a rover that is heard, the right one, idle, on the ground that was planned on."""
     if not facts.connected:
         _refuse("link", "no rover is connected")
-    if facts.frame is None or facts.age is None:
+    if facts.frame is None:
         _refuse("telemetry", "the rover has sent no telemetry yet")
+    if facts.age is None:
+        _refuse("telemetry", f"{UNHEARD_SINCE}, and may stand otherwise than before: try again once it has")
     if not facts.fresh:
         _refuse(
             "telemetry",

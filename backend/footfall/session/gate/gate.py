@@ -11,6 +11,7 @@ from dataclasses import replace
 from typing import cast
 
 from footfall.sequence.commands import Sequence
+from footfall.session.access.acting import acts_by_itself
 from footfall.session.access.identity import Identity
 from footfall.session.answers.commands import ConnAnswer, GateAnswer
 from footfall.session.gate import machine
@@ -139,9 +140,9 @@ class Gate:
         """``run`` waits before the row that is due; None where it is not there any more."""
         return self._become_if(lambda state: machine.held_for(state, run, why))
 
-    def go_on(self, who: Identity, going: bool) -> Run:
-        """The run goes on: with all rows (``going``), or with one."""
-        return _run(self._become(lambda state, now: machine.go_on(state, who, now, going)))
+    def go_on(self, who: Identity, going: bool, looked_at: Run | None = None) -> Run:
+        """The run goes on: with all rows (``going``), or with one. looked_at: as it was when the rover was."""
+        return _run(self._become(lambda state, now: machine.go_on(state, who, now, going, looked_at)))
 
     def abort(self, who: Identity) -> Run:
         """Nothing more is sent; the run as it is then, over unless a row is out."""

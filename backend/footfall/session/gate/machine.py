@@ -213,8 +213,11 @@ def held_for(state: State, run: Run, why: str) -> State | None:
     return replace(state, run=present.held(why))
 
 
-def go_on(state: State, who: Identity, now: float, going: bool) -> State:
-    """The run that waits goes on: with all rows (``going``), or with one. Asked of one that goes: it goes on so."""
+def go_on(state: State, who: Identity, now: float, going: bool, looked_at: Run | None = None) -> State:
+    """The run that waits goes on: with all rows (``going``), or with one. Asked of one that goes: it goes on so.
+
+    looked_at: the run as it was when it was asked whether it may go on; one that came to wait since may not.
+    """
     state, run = steered(state, who, now)
     if state.stop.stopped:
         _refuse("stop", "a stop is in force; clear it first")
@@ -223,6 +226,8 @@ def go_on(state: State, who: Identity, now: float, going: bool) -> State:
     if not going and run.phase != "waiting":
         _refuse("run", f"row {run.row + 1} is still under way; ask for the next one once it waits", row=run.row)
     if run.phase == "waiting":
+        if looked_at is not None and not (looked_at.phase == "waiting" and run.is_at(looked_at)):
+            _refuse("run", f"row {run.row} has ended just now, the rover was looked at before that; ask again")
         _require_epoch_known(state)
     return replace(state, run=run.gone_on(who, state.conn.number, going))
 

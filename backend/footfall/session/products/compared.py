@@ -11,7 +11,7 @@ from footfall.planning.body.body_shift import PredictedState
 from footfall.sequence.commands import Sequence
 from footfall.session.answers.fits import UpToDateAnswer
 from footfall.session.core import SessionCore
-from footfall.session.gate.checks import STALE_AFTER
+from footfall.session.gate.checks import STALE_AFTER, UNHEARD_SINCE
 from footfall.session.products.kinds import KINDS, Kind, LooksAt
 from footfall.session.products.remembered import looks_behind
 from footfall.session.products.up_to_date import Fit, OtherGround, Present
@@ -57,6 +57,8 @@ class UpToDate:
         age = self._rover.link.age
         if age is None:
             return "the rover has sent no telemetry yet"
+        if self._rover.link.connected and self._rover.link.age_since_connected is None:
+            return UNHEARD_SINCE
         if self._rover.link.connected and age <= STALE_AFTER:
             return ""
         return f"the rover was last heard {age:z.0f} s ago"

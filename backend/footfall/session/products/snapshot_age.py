@@ -4,7 +4,7 @@ import numpy as np
 
 from footfall.session.answers.sessions import LookAnswer, SinceThen
 from footfall.session.core import SessionCore
-from footfall.session.gate.checks import STALE_AFTER
+from footfall.session.gate.checks import STALE_AFTER, UNHEARD_SINCE
 from footfall.session.products.up_to_date import SENT
 from footfall.session.rover.linked import LinkedRover
 from footfall.telemetry.joint_layout import joint_in_words
@@ -43,6 +43,8 @@ def moved_since(core: SessionCore, rover: LinkedRover, then: RobotState) -> Sinc
     unknown = ""
     if frame is None or age is None:
         unknown = "the rover has sent no telemetry yet"
+    elif rover.link.age_since_connected is None:
+        unknown = UNHEARD_SINCE
     elif age > STALE_AFTER:
         unknown = f"the latest telemetry is {age:z.0f} s old"
     if unknown or frame is None:

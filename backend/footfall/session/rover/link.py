@@ -58,6 +58,8 @@ class RoverLink:
         self._taken_at = self._received_at = self._light = 0.0
         self._straggler: TelemetryFrame | None = None
         self._stragglers = 0
+        # connections so far, that whose telemetry comes now, and that of the latest frame
+        self._connections = self._telling = self._told_by = 0
         # storing images takes seconds, and telemetry must not wait for it
         self._paths = {name: LightPath(name, clock) for name in ("telemetry", "images", "commands", "stops")}
         self._on_way: deque[OnItsWay] = deque(maxlen=MOST_SHOWN)
@@ -75,12 +77,16 @@ class RoverLink:
         """
         with self._guard:
             self._send = send
-        self.hear(lambda _: self._may_begin_anew())
+            self._connections += 1
+            number = self._connections
+        # behind what is still on its way from before
+        self.hear(lambda _: self._may_begin_anew(number))
 
-    def _may_begin_anew(self) -> None:
+    def _may_begin_anew(self, connection: int) -> None:
         """What is there now may be another rover, or the same one after a restart."""
         with self._guard:
             self._straggler, self._stragglers = None, RESTART_AFTER
+            self._telling = connection
 
     def close(self) -> None:
         """What is still on its way, up or down, does not arrive any more."""
@@ -133,6 +139,7 @@ class RoverLink:
                 else:
                     self.gaps += frame.number - latest.number - 1
                 self.clock_jumps += frame.state.time < latest.state.time
+            self._told_by = self._telling
             self._frame, self._taken_at = frame, self._clock() if at is None else at
             self._light, self._received_at = light, time.time() - (self._clock() - self._taken_at)
             self._stragglers = 0
@@ -219,6 +226,14 @@ class RoverLink:
         """Seconds since the latest frame came; None before the first."""
         with self._guard:
             return None if self._frame is None else self._clock() - self._taken_at
+
+    @property
+    def age_since_connected(self) -> float | None:
+        """As ``age``; None before the first frame of the connection that there is, or was last.
+
+        A rover that comes back may stand otherwise than the latest frame has it, however new that is.
+        """
+        return self.age if self._told_by == self._connections else None
 
     @property
     def light(self) -> float:
