@@ -351,6 +351,15 @@ def test_time_and_acts_change_the_conn_and_tell_what_they_did():
     assert [done.act for done in both.done] == ["taken", "released"]
 
 
+def test_what_acts_for_the_holder_of_the_conn_renews_nothing():
+    renewed = machine.conn(HELD, "take", MARY, NOW + 1)
+    assert machine.unrenewed(HELD, renewed) == HELD
+    taken = machine.conn(OPEN, "take", MARY, NOW + 1)
+    assert machine.unrenewed(OPEN, taken) is taken
+    given_up = machine.conn(HELD, "release", MARY, NOW + 1)
+    assert machine.unrenewed(HELD, given_up) is given_up
+
+
 def shown(state: State, now: float = NOW) -> GateAnswer:
     return machine.as_dict(state, now)
 

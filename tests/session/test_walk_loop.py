@@ -593,6 +593,35 @@ def test_a_conn_given_up_before_the_first_row_is_not_taken_again(live, rover, ma
     assert (rover.sent, live.commands.conn["holder"]) == ([], None)
 
 
+@pytest.mark.parametrize(("heard", "outcome"), [(True, "arrived"), (False, "stopped")], ids=["heard", "not heard"])
+def test_a_walk_that_goes_on_is_no_sign_of_whoever_began_it(live, rover, monkeypatch, heard, outcome):
+    """It arms and sends as them, each foot move well within the time that the conn is kept for."""
+    who = Identity("operator", Role.COMMANDER, client="10.0.0.7", page="one")
+    gate, make, past = live.rover.commanding.gate, live.walks.command, []
+    clock = gate._clock
+    monkeypatch.setattr(gate, "_clock", lambda: clock() + sum(past))
+
+    def make_later(*asked):
+        past.append(0.4 * CONN_FOR)
+        if heard:
+            joined(started(lambda: live.commands.conn_act("heartbeat", who)))
+        return make(*asked)
+
+    monkeypatch.setattr(live.walks, "command", make_later)
+    live.commands.conn_act("take", who)
+    found = ended(live.walk_to(GOAL, UNSEEN, who))
+    assert (found[0], "was not heard for 90 s" in found[1]) == (outcome, not heard), found
+    assert (live.commands.conn["holder"] is None) == (not heard)
+    assert len(past) > 3 if heard else len(past) == 3
+
+
+def started(call):
+    """A thread of its own, as of a request."""
+    thread = threading.Thread(target=call)
+    thread.start()
+    return thread
+
+
 class NoFootMoves(InlineJobs):
     """Foot moves are never made, until their job is cancelled."""
 

@@ -156,7 +156,7 @@ class WalkLoop:
     # -- the loop ------------------------------------------------------------------------------
 
     def _run(self) -> None:
-        with acting(self._who):
+        with acting(self._who, by_itself=True):
             try:
                 self._end(*self._walked())
             except _Cancelled:

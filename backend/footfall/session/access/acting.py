@@ -16,6 +16,7 @@ class SaidBy(TypedDict, total=False):
 
 
 _who: ContextVar[Identity | None] = ContextVar("who acts", default=None)
+_by_itself: ContextVar[bool] = ContextVar("something acts for them", default=False)
 
 
 def set_actor(who: Identity) -> None:
@@ -24,13 +25,19 @@ def set_actor(who: Identity) -> None:
 
 
 @contextmanager
-def acting(who: Identity | None) -> Iterator[None]:
-    """What happens inside is done by ``who``."""
-    before = _who.set(who)
+def acting(who: Identity | None, by_itself: bool = False) -> Iterator[None]:
+    """What happens inside is done by ``who``; by_itself: by what acts for them, which goes on without them."""
+    before, before_itself = _who.set(who), _by_itself.set(by_itself)
     try:
         yield
     finally:
         _who.reset(before)
+        _by_itself.reset(before_itself)
+
+
+def acts_by_itself() -> bool:
+    """Whether what happens is no sign of who acts."""
+    return _by_itself.get()
 
 
 def actor() -> Identity | None:

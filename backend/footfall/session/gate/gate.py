@@ -272,6 +272,8 @@ class Gate:
     def _become(self, change: Callable[[State, float], State]) -> State:
         with self._guard:
             state = change(self._state, self._clock())
+            if acts_by_itself():
+                state = machine.unrenewed(self._state, state)
             self._state = replace(state, done=())
         for done in state.done:
             self._notify(done)

@@ -79,6 +79,13 @@ def conn(state: State, act: str, who: Identity, now: float) -> State:
     return _with_conn(state, CONN_ACTS[act](state.conn, who, now))
 
 
+def unrenewed(before: State, after: State) -> State:
+    """``after``, where something acted for the holder of the conn: that is no sign of the holder."""
+    if after.conn.number != before.conn.number or after.conn.holder is None:
+        return after
+    return replace(after, conn=replace(after.conn, renewed=before.conn.renewed))
+
+
 CONN_ACTS = {
     "take": lease.take,
     "release": lease.release,
