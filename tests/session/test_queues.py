@@ -22,6 +22,7 @@ from footfall.session.products.kinds import AFTER, HELD_QUEUE, QUEUE
 from footfall.session.registry import Sessions
 from footfall.session.replay.recompute import replay
 from footfall.telemetry.state import TelemetryFrame
+from tests.support.jobs import meanwhile
 
 FIRST, SECOND = 2, 4
 LOWER = BodyShift(dx=0.02, dz=-0.08)
@@ -222,6 +223,19 @@ def test_entries_are_taken_from_the_end_and_brought_back(live):
     assert replay(live.export_bundle()).ok
     with pytest.raises(InvalidBundle, match="not before"):
         fold(live.state, next_event(live.events()[-1], 9e9, "queue_shortened", {"digest": two}))
+
+
+def test_of_two_entries_that_are_queued_at_once_none_is_lost_silently(live, forgotten):
+    """Both follow the same queue, so that only one of them can."""
+    begun = queued(live, step(live, FIRST))
+    one, other = (
+        live.stances.plan_body_move(shift, as_planned_from=True).finish() for shift in (LOWER, BodyShift(dz=-0.02))
+    )
+    meanwhile(live, QUEUE, lambda: live.queues.add(other).finish())
+    with pytest.raises(Conflict, match="the queue has changed") as caught:
+        live.queues.add(one).finish()
+    assert caught.value.details == {"yours": begun, "present": live.state.queue}
+    assert [entry["plan"] for entry in live.queues.answer()["entries"]][1:] == [other]
 
 
 def test_the_strictest_that_an_entry_was_planned_with_holds_for_all(live):

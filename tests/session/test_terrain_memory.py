@@ -10,6 +10,7 @@ from footfall.planning.body.stand import stand
 from footfall.session.jobs.local import InlineJobs
 from footfall.session.log.event import next_event
 from footfall.session.log.fold import fold, fold_all
+from footfall.session.products.kinds import BLEND, CLEAR, TERRAIN
 from footfall.session.registry import Sessions
 from footfall.session.replay.recompute import replay
 from footfall.sim.render import render_snapshot
@@ -17,6 +18,7 @@ from footfall.telemetry.state import TelemetryFrame
 from footfall.terrain.fusion.clear import Area
 from footfall.terrain.generate import rock_field
 from footfall.terrain.terrain_settings import TerrainSettings
+from tests.support.jobs import meanwhile
 
 COARSE = TerrainSettings(resolution=0.04, matcher="3way", keep=True)
 
@@ -93,6 +95,45 @@ def test_when_a_map_is_started_anew(session, snapshots):
     session.terrains.load(rock_field(8.0, 0.04, seed=1))
     made = session.terrains.build(COARSE).finish()
     assert "map" not in session.state.products[made].parents
+
+
+def test_what_was_changed_while_images_are_merged_is_not_lost(session, snapshots):
+    area = Area(center=tuple(snapshots[1].state.T_site_base[:2, 3] + (2.0, 0.0)), radius=0.5)
+    session.rover.take_images(snapshots[0])
+    first = session.terrains.build(COARSE).finish()
+    session.rover.take_images(snapshots[1])
+    meanwhile(session, TERRAIN, lambda: session.terrains.clear(area))
+    with pytest.raises(Conflict, match="the terrain has changed") as caught:
+        session.terrains.build(COARSE).finish()
+    cleared = session.state.dem
+    assert caught.value.details == {"yours": first, "present": cleared}
+    assert session.state.products[cleared].kind == CLEAR.name
+    # asked again it is laid onto what is there by now
+    both = session.terrains.build(COARSE).finish()
+    assert session.state.products[both].parents["map"] == cleared
+    # a new map takes the place of any other
+    meanwhile(session, TERRAIN, lambda: session.terrains.clear(area))
+    anew = session.terrains.build(replace(COARSE, keep=False)).finish()
+    assert session.state.dem == anew
+
+
+def test_images_that_were_merged_while_ground_is_changed_are_not_lost(session, snapshots):
+    area = Area(center=tuple(snapshots[1].state.T_site_base[:2, 3] + (2.0, 0.0)), radius=0.5)
+    session.rover.take_images(snapshots[0])
+    session.terrains.build(COARSE).finish()
+    session.rover.take_images(snapshots[1])
+    meanwhile(session, CLEAR, lambda: session.terrains.build(COARSE).finish())
+    with pytest.raises(Conflict, match="the terrain has changed"):
+        session.terrains.clear(area)
+    merged = session.state.dem
+    assert session.state.products[merged].parents["snapshot"] == snapshots[1].digest
+    meanwhile(session, BLEND, lambda: session.terrains.undo())
+    with pytest.raises(Conflict, match="the terrain has changed"):
+        session.terrains.blend(rock_field(4.0, 0.1, seed=3)).finish()
+    assert session.state.dem != merged
+    # the same, made twice at once, is no other
+    meanwhile(session, TERRAIN, lambda: session.terrains.build(COARSE).finish())
+    assert session.terrains.build(COARSE).finish() == session.state.dem == merged
 
 
 def test_what_can_not_be_cleared_is_refused(session, snapshots):

@@ -32,6 +32,7 @@ from footfall.session.products.kinds import FOOT_MOVES, ROUTE, WALK
 from footfall.session.registry import Sessions
 from footfall.session.replay.recompute import replay
 from footfall.session.walk_loop import WalkLoop
+from footfall.telemetry.images import Camera, ImagePair, Snapshot
 from footfall.telemetry.state import TelemetryFrame
 from tests.support.drifted import looked_twice
 from tests.support.waiting import BOUND, joined, until
@@ -45,7 +46,8 @@ UNSEEN = LoopSettings(
 class RigidRover:
     """At once where each row is predicted to leave it; carries out what it is sent in a thread of its own.
 
-    before_row: called before each row, with how many were carried out. slips: (3,) [m], by which it is found away from
+    before_row: called before each row, with how many were carried out. takes_images: called when they are asked for.
+    slips: (3,) [m], by which it is found away from
     where the next row leaves it, once. correction: (4, 4) that moves its odometry to where it is.
     """
 
@@ -54,6 +56,7 @@ class RigidRover:
         self.correction = np.eye(4) if correction is None else correction
         self.number, self.rows, self.sent = 0, 0, []
         self.before_row, self.slips = lambda rows: None, None
+        self.takes_images = lambda: None
         self._closing = threading.Event()
         self._thread = threading.Thread(target=self._run, name="rover")
         live.rover.link._clock = lambda: (
@@ -66,6 +69,8 @@ class RigidRover:
         message = json.loads(text)
         if message["type"] == "command":
             self.sent.append(message)
+        elif message["type"] == "image_request":
+            self.takes_images()
 
     def _tells(self):
         self.number += 1
@@ -692,10 +697,15 @@ def looks_of(live, rover, monkeypatch, before=lambda: None):
         found.append(heights_of_wheels(live, rover.state) - first)
 
     monkeypatch.setattr(WalkLoop, "_take_images", take)
+    nothing_new(monkeypatch)
+    return found
+
+
+def nothing_new(monkeypatch):
+    """Maps made of images show what was known."""
     monkeypatch.setattr(
         WalkLoop, "_map_anew", lambda _, so_far: replace(so_far, moved=0, looked=True, refused="", nearest=None)
     )
-    return found
 
 
 def test_where_plans_are_in_vain_it_lifts_the_leg_that_hides_ground_and_looks(live, hidden, monkeypatch):
@@ -713,6 +723,34 @@ def test_where_plans_are_in_vain_it_lifts_the_leg_that_hides_ground_and_looks(li
     assert told.startswith(f"images with leg 2 {LIFTED:g} m up show ")
     assert live.commands.run["outcome"] == "done"
     assert replay(live.export_bundle()).ok
+
+
+def images_of(state, at):
+    """A pair that shows nothing, taken where the rover stands as ``state`` says."""
+    grey = np.full((4, 4), 127, np.uint8)
+    left, right = (
+        Camera(one, 4, 4, 5.0, 5.0, 2.0, 2.0, transform(translation=(x, 0.0, 0.0)))
+        for one, x in (("l", 0.0), ("r", 0.3))
+    )
+    return Snapshot(state, (ImagePair("haz0", at, grey, grey, left, right, state.T_site_base),))
+
+
+def test_images_from_before_it_moved_are_no_look(live, rover, monkeypatch):
+    """Somebody asked for them meanwhile, and the rover takes one request at a time."""
+    nothing_new(monkeypatch)
+    before, asked = rover.state, []
+
+    def take():
+        asked.append(rover.rows)
+        # the first that are asked for after it moved come from before
+        late = rover.rows > 0 and len(asked) == 1
+        live.rover.take_images(images_of(before if late else rover.state, float(len(asked))))
+
+    rover.takes_images = take
+    loop = live.walk_to(GOAL, replace(UNSEEN, way_on=WayOnSettings(look_every=1)))
+    assert ended(loop)[0] == "arrived"
+    assert asked[0] == asked[1] > 0
+    assert len(asked) == decided(live).count("look") + 1
 
 
 def test_a_leg_that_somebody_lets_down_before_the_look_is_carried_out_to_its_end(live, hidden, monkeypatch):

@@ -1,7 +1,12 @@
-"""Waiting over REST: for jobs, and for commands that were sent."""
+"""Waiting over REST: for jobs, and for commands that were sent; what happens while a job is worked on."""
+
+from collections.abc import Callable
 
 import httpx
 
+from footfall.session.jobs.local import InlineJobs
+from footfall.session.live import LiveSession
+from footfall.session.products.kinds import Kind
 from tests.support.waiting import until
 
 
@@ -44,3 +49,18 @@ def run_compared(client: httpx.Client) -> dict:
         lambda: (now := client.get("/sessions/current/run").json()["compared"])["state"] == "compared" and now,
         "the run compared with its prediction",
     )
+
+
+def meanwhile(live: LiveSession, kind: Kind, act: Callable[[], object]) -> None:
+    """Have something done while the next product of a kind is made, of a session whose jobs run at once."""
+    pool = live.product_jobs.pool
+    assert isinstance(pool, InlineJobs)
+    kept = pool._recipes
+    recipe = kept[kind.name]
+
+    def later(*about):
+        pool._recipes = kept
+        act()
+        return recipe(*about)
+
+    pool._recipes = {**kept, kind.name: later}

@@ -7,12 +7,17 @@ from typing import NamedTuple
 from footfall.core.errors import Conflict, FootFallError
 from footfall.planning.step.problem import PlanResult, StepSettings
 from footfall.sequence.commands import Sequence
+from footfall.session.answers.sessions import SinceThen
 from footfall.session.core import present
 from footfall.session.jobs.job import Job
 from footfall.session.parts import SessionParts
+from footfall.session.products.snapshot_age import moved_since
+from footfall.telemetry.images import Snapshot
 from footfall.telemetry.state import RobotState
 from footfall.terrain.dem import Dem
+from footfall.terrain.terrain_settings import TerrainSettings
 
+Until = Callable[[Callable[[], bool], str], None]
 IMAGES_WITHIN = 600.0
 """A rover that sent no images after this sends none [s]."""
 
@@ -24,16 +29,45 @@ class UpAndBack(NamedTuple):
     up: int
 
 
-def take_images(
-    live: SessionParts, pairs: tuple[str, ...] | None, until: Callable[[Callable[[], bool], str], None]
-) -> None:
-    """Ask the rover for images and wait for them; ``until`` waits for what is told. Raises Conflict where none come."""
-    before = live.state.snapshot
-    live.rover.request_images(pairs)
-    since = time.monotonic()
-    until(lambda: live.state.snapshot != before or time.monotonic() - since > IMAGES_WITHIN, "images")
-    if live.state.snapshot == before:
-        raise Conflict(f"the rover sent no images within {IMAGES_WITHIN:z.0f} s")
+def take_images(live: SessionParts, pairs: tuple[str, ...] | None, until: Until) -> None:
+    """Ask the rover for images of where it stands, and wait for them; ``until`` waits for what is told.
+
+    Others may come, for which somebody asked before it moved: the rover takes one request at a time, so it is asked
+    again. Raises Conflict where none come.
+    """
+    since, others = time.monotonic(), ""
+    while time.monotonic() - since <= IMAGES_WITHIN:
+        before = live.state.snapshot
+        live.rover.request_images(pairs)
+        until(lambda before=before: live.state.snapshot != before or time.monotonic() - since > IMAGES_WITHIN, "images")
+        if live.state.snapshot != before:
+            found = _moved_since(live, until)
+            if not found["moved"]:
+                return
+            others = f" of where it stands: {found['reason']}"
+    raise Conflict(f"the rover sent no images within {IMAGES_WITHIN:z.0f} s{others}")
+
+
+def build_map(live: SessionParts, settings: TerrainSettings, finish: Callable[[Job, str], str]) -> None:
+    """Build the ground of the newest images; once more where somebody has changed the map meanwhile.
+
+    finish: waits for a job, told what it makes. Raises what the job ends with.
+    """
+    while True:
+        before = live.state.dem
+        try:
+            finish(live.terrains.build(settings), "the ground made of the images")
+            return
+        except Conflict:
+            if live.state.dem == before:
+                raise
+
+
+def _moved_since(live: SessionParts, until: Until) -> SinceThen:
+    """Whether the newest images show how the rover stands, by telemetry that is new."""
+    taken = live.typed(Snapshot, present(live.state.snapshot, "there are no images")).state
+    until(lambda: moved_since(live, live.rover, taken)["moved"] is not None, "telemetry that is new")
+    return moved_since(live, live.rover, taken)
 
 
 def up_and_back(live: SessionParts, leg: int, finish: Callable[[Job, str], str]) -> UpAndBack | str:

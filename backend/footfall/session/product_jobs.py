@@ -1,5 +1,6 @@
 """Products of a session: each is asked for by the digests of its parents, made by a job, stored and logged."""
 
+from collections.abc import Mapping
 from dataclasses import dataclass
 from typing import Any
 
@@ -19,6 +20,8 @@ from footfall.terrain.dem import Dem
 from footfall.terrain.fusion.on_map import on_map
 
 KEPT_JOBS = 50
+REPLACED = {"dem": "terrain", "queue": "queue"}
+"""Field of the state → what that is, of which nobody's change may be lost to another's."""
 
 
 @dataclass(frozen=True)
@@ -71,13 +74,15 @@ class ProductJobs:
         settings: Value | None,
         *,
         urgent: bool = False,
+        while_there: Mapping[str, str | None] | None = None,
         **about: Any,
     ) -> Job:
         """Have a product made; ``about``, and who asks, go into its event. What a cancelled job still makes is dropped.
 
         Of a kind that is made for each leg, newer ones cancel older ones on their way, and what was made before from
-        the same parents with the same settings is taken as it is. Raises InvalidInput for settings of another kind, and
-        for a robot that others described where the kind is not for those.
+        the same parents with the same settings is taken as it is. while_there: a key of REPLACED → what is there of
+        it, whose place the product takes: where something else is there by then, it is dropped. Raises InvalidInput for
+        settings of another kind, and for a robot that others described where the kind is not for those.
         """
         if (None if settings is None else stored_name(type(settings))) != kind.request:
             raise InvalidInput(f"{kind.name} is asked for with {kind.request or 'no settings'}", kind=kind.name)
@@ -112,6 +117,10 @@ class ProductJobs:
                         yours=parents["sequence"],
                         present=state.sequence,
                     )
+                for name, then in (while_there or {}).items():
+                    if (now := getattr(state, name)) not in (then, digest):
+                        text = f"the {REPLACED[name]} has changed while this was made of it, so it was dropped"
+                        raise Conflict(f"{text}: look at it, and ask again", yours=then, present=now)
                 self._folded_log.record("product", {**payload, "digest": digest})
                 if kind.per_leg:
                     self._made[request] = digest

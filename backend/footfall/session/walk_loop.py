@@ -23,7 +23,7 @@ from footfall.session.answers.commands import ConnAnswer
 from footfall.session.gate.checks import STALE_AFTER
 from footfall.session.jobs.job import Job
 from footfall.session.loop_ends import how_the_conn_went, require_there
-from footfall.session.loop_looking import take_images, up_and_back
+from footfall.session.loop_looking import build_map, take_images, up_and_back
 from footfall.session.loop_pieces import Pieces, newest_dem
 from footfall.session.loop_settings import LoopSettings
 from footfall.session.parts import SessionParts
@@ -208,7 +208,7 @@ class WalkLoop:
         take_images(self._live, self._settings.pairs, self._until)
 
     def _map_anew(self, so_far: SoFar) -> SoFar:
-        self._finish(self._live.terrains.build(self._settings.terrain), "the ground made of the images")
+        build_map(self._live, self._settings.terrain, self._finish)
         return replace(so_far, moved=0, looked=True, refused="", nearest=None)
 
     def _go(self, number: int, count: int, so_far: SoFar) -> tuple[int, SoFar]:

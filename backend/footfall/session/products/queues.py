@@ -49,7 +49,7 @@ class Queues:
         else:
             before, begun = {"queue": queue}, self._core.state.products[queue]
         parents = {**{name: begun.parents[name] for name in GROUND}, "plan": digest, **before}
-        return self._core.product_jobs.submit(QUEUE, parents, None, urgent=True)
+        return self._core.product_jobs.submit(QUEUE, parents, None, urgent=True, while_there={"queue": queue})
 
     def shorten(self, to: str | None) -> None:
         """Take entries from the end until the queue is ``to``, one that it was before; None: empty it.

@@ -45,8 +45,9 @@ class Terrains:
         settings.not_chosen([*(pair.name for pair in images.pairs), *images.left_out])
         parents = {"robot": self._core.robot_digest, "snapshot": snapshot}
         below = map_below(state, snapshot, settings, self._core.value_store)
+        parents = parents if below is None else {**parents, "map": below}
         return self._core.product_jobs.submit(
-            TERRAIN, parents if below is None else {**parents, "map": below}, settings
+            TERRAIN, parents, settings, while_there={"dem": state.dem} if settings.keep else None
         )
 
     def build_from_photographs(
@@ -68,12 +69,15 @@ class Terrains:
         """Lay a terrain from elsewhere under the present one. source: where it came from. Raises Conflict."""
         dem = present(self._core.state.dem, "there is no terrain yet")
         parents = {"dem": dem, "external": self._core.put(external)}
-        return self._core.product_jobs.submit(BLEND, parents, settings or BlendSettings(), source=source)
+        return self._core.product_jobs.submit(
+            BLEND, parents, settings or BlendSettings(), while_there={"dem": dem}, source=source
+        )
 
     def clear(self, area: Area) -> str:
         """Make an area of the terrain unknown; returns the new digest. Raises Conflict, InvalidTerrain."""
         dem = present(self._core.state.dem, "there is no terrain yet")
-        return self._core.product_jobs.submit(CLEAR, {"dem": dem}, area, urgent=True).finish(SHORT_JOB)
+        job = self._core.product_jobs.submit(CLEAR, {"dem": dem}, area, urgent=True, while_there={"dem": dem})
+        return job.finish(SHORT_JOB)
 
     def undo(self) -> str:
         """Go back to the terrain before the present one; returns its digest. Raises Conflict where there is none."""
