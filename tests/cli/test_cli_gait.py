@@ -1,12 +1,13 @@
-"""`footfall plan gait`: what it prints and writes, found and refused."""
+"""`footfall plan gait`: what it prints and writes, found and refused; what it wrote, exported."""
 
 import json
 
 import pytest
 
 from footfall.io.artifacts import decode
+from footfall.io.scripting import make_sequence
 from footfall.io.terrain_files import write_terrain
-from footfall.planning.gait.problem import GaitResult
+from footfall.planning.gait.problem import TRIPOD, WAVE, GaitResult
 from tests.support.chassis_ground import wavy
 from tests.support.command_line import run
 
@@ -38,6 +39,21 @@ def test_a_gait_is_planned_told_and_written(waves, tmp_path):
     assert said.startswith("found\n")
     assert f"all the way: steps {figures['steps']}, feet moved {figures['feet_moved']}" in said
     assert "planned in " in said
+
+
+def test_a_wave_is_exported_and_feet_that_move_together_are_not(waves, tmp_path):
+    out = {gait: tmp_path / f"{gait}.npz" for gait in (WAVE, TRIPOD)}
+    for gait, path in out.items():
+        run("plan", "gait", waves, *SHORT, "--gait", gait, "--out", path)
+    stored = decode(out[WAVE].read_bytes())
+    assert isinstance(stored, GaitResult)
+    assert stored.plan is not None
+    told = json.loads(run("export", out[WAVE], "--out", tmp_path / "wave.json", "--json").stdout)
+    assert told["sequence"] == make_sequence(stored.plan.walk).digest
+    assert json.loads((tmp_path / "wave.json").read_text())["steps"]
+    refused = run("export", out[TRIPOD], "--out", tmp_path / "tripod.json", code=2)
+    assert "this gait moves several: ask for a wave" in refused.stderr
+    assert not (tmp_path / "tripod.json").exists()
 
 
 def test_a_gait_that_fails_says_where_and_by_how_much(tmp_path):

@@ -27,7 +27,10 @@ def plan_gait(
     x: AtX = 0.0,
     y: AtY = 0.0,
     yaw: AtYaw = 0.0,
-    out: Annotated[Path | None, typer.Option(help="Write the answer as .npz.", callback=terminal.writable)] = None,
+    out: Annotated[
+        Path | None,
+        typer.Option(help="Write the answer as .npz; of a wave for `footfall export`.", callback=terminal.writable),
+    ] = None,
     robot: RobotName = "athlete",
     as_json: Json = False,
 ) -> None:

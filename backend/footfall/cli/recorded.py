@@ -12,6 +12,7 @@ from footfall.io.scripting import make_sequence
 from footfall.io.terrain_files import read_terrain
 from footfall.planning.answers import Status
 from footfall.planning.execution.problem import ExecutionResult
+from footfall.planning.gait.problem import GaitPlan, GaitResult
 from footfall.planning.legged.problem import LeggedResult
 from footfall.planning.route.problem import Route, RouteResult
 from footfall.planning.step.problem import PlanResult
@@ -86,12 +87,12 @@ def sequence_of(source: Path, robot: Path | None = None, terrain: Path | None = 
         return _of_legged(source.name, value, robot, terrain)
     if robot is not None or terrain is not None:
         raise InvalidInput(f"{source.name} is no plan of a robot of your own: leave out --robot and --terrain")
-    if not isinstance(value, (PlanResult, WalkResult, ExecutionResult, WalkExecutionResult)):
+    if not isinstance(value, (PlanResult, WalkResult, GaitResult, ExecutionResult, WalkExecutionResult)):
         raise InvalidInput(f"{source.name} holds a {type(value).__name__}; give a plan, a sequence or a session")
     found = value.execution if isinstance(value, (ExecutionResult, WalkExecutionResult)) else value.plan
     if found is None or value.status is not Status.FOUND:
         raise InvalidInput(f"{source.name} holds a plan that was refused: {value.reason}")
-    return make_sequence(found)
+    return make_sequence(found.walk if isinstance(found, GaitPlan) else found)
 
 
 def _of_legged(name: str, result: LeggedResult, robot: Path | None, terrain: Path | None) -> Sequence:
