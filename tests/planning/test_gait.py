@@ -124,6 +124,28 @@ def test_arc(athlete, aside, away, yaw):
     assert (np.diff(way.ways) >= 0).all()
 
 
+@pytest.mark.parametrize(("goal", "status"), [((6.2, 0.0), Status.OFF_MAP), ((1.0, 0.0), Status.UNKNOWN_GROUND)])
+@pytest.mark.parametrize("gait", GAITS)
+def test_a_goal_that_nobody_knows_the_ground_of_is_refused_as_a_walk_s_is(athlete, place, gait, goal, status):
+    dem, state = place
+    holed = with_hole(dem, 1.0, 0.0)
+    walk = footfall.plan_walk(athlete, holed, state, goal)
+    found = footfall.plan_gait(athlete, holed, state, goal, gait)
+    assert (found.status, found.plan, found.partial) == (status, None, None)
+    assert (found.status, found.reason) == (walk.status, walk.reason)
+
+
+def test_a_rover_turns_over_ground_that_it_hides(athlete, place):
+    dem, state = place
+    plan_of(footfall.plan_gait(athlete, with_hole(dem, *state.T_site_base[:2, 3]), state, (0.0, 0.0, 0.1)))
+
+
+def with_hole(dem, x, y):
+    """The ground without what is 0.3 m around a place."""
+    away = np.linalg.norm(dem.geometry.centers() - (x, y), axis=-1)
+    return replace(dem, heights=np.where(away < 0.3, np.float32(np.nan), dem.heights))
+
+
 def test_no_arc_behind_or_to_a_heading(athlete, place):
     dem, state = place
     settings = GaitSettings(arc=True)

@@ -22,6 +22,7 @@ from footfall.planning.scene.ground import Nearby
 from footfall.planning.walk.assemble import checks_of
 from footfall.planning.walk.foot_move import At
 from footfall.planning.walk.footprint import Footprint, footprint
+from footfall.planning.walk.goal_ground import goal_ground_refused
 from footfall.planning.walk.guide import Guide
 from footfall.planning.walk.plan import BESIDE, FARTHEST, NOTHING_KNOWN
 from footfall.planning.walk.problem import Stance, WalkGoal, goal_of
@@ -104,6 +105,10 @@ class _Attempt:
         if away > FARTHEST:
             reason = f"the goal is {away:z.1f} m away, a gait goes at most {FARTHEST:g} m; choose a nearer one"
             return self._no(Status.GOAL_INVALID, reason)
+        # one that stays may turn over ground that it hides itself
+        refusal = goal_ground_refused(self.dem, self.goal) if away > self.goal.within else None
+        if refusal is not None:
+            return self._no(refusal.status, refusal.reason)
         low, high = np.minimum(here, there) - 2.0 * BESIDE, np.maximum(here, there) + 2.0 * BESIDE
         whole = without_holes_between(self.dem, low, high, np.array(start.stance.contacts))
         if whole is None:

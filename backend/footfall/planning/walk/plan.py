@@ -11,7 +11,6 @@ import numpy as np
 
 from footfall.balance.tether import Tether
 from footfall.core.arrays import Array
-from footfall.core.beside import roughly
 from footfall.core.errors import InvalidInput
 from footfall.core.progress import Progress, no_progress
 from footfall.core.value import Provenance
@@ -22,6 +21,7 @@ from footfall.planning.walk.assemble import checks_of, walk_of
 from footfall.planning.walk.foot_move import At
 from footfall.planning.walk.footfalls import Footfalls, footfalls
 from footfall.planning.walk.footprint import Footprint, footprint
+from footfall.planning.walk.goal_ground import goal_ground_refused
 from footfall.planning.walk.ground_cost import costed
 from footfall.planning.walk.guide import guide
 from footfall.planning.walk.problem import (
@@ -46,8 +46,6 @@ from footfall.planning.watch import OutOfTime, Watch
 from footfall.robot.model import Robot
 from footfall.telemetry.state import RobotState
 from footfall.terrain.dem import Dem
-from footfall.terrain.extent import outside, spans
-from footfall.terrain.ground.surface import height_at
 from footfall.terrain.ground.unseen import Whole, without_holes_between
 
 BESIDE = 4.5
@@ -125,9 +123,7 @@ def _rappel(
 ) -> WalkResult:
     """The walk of a rover on a tether, planned in the frame of its slope."""
     provenance = provenance_of(dem, state, robot, settings, tether)
-    attempt = _Attempt(robot, dem, state, goal, settings, provenance, progress)
-    refusal = attempt.goal_refused()
-    asked = refusal or on_slope(robot, dem, state, goal, settings, tether)
+    asked = goal_ground_refused(dem, goal) or on_slope(robot, dem, state, goal, settings, tether)
     if isinstance(asked, No):
         return WalkResult(asked.status, None, asked.reason, (), goal, provenance)
     ground = asked.hung.frame.ground
@@ -154,7 +150,7 @@ class _Attempt:
 
     def run(self) -> WalkResult:
         self.watch.phase(0.0, "looking at the ground")
-        refusal = self.goal_refused() if self.slope is None else None
+        refusal = goal_ground_refused(self.dem, self.goal) if self.slope is None else None
         if refusal is not None:
             return self._no(refusal.status, refusal.reason)
         start = start_of(self.robot, self.dem, self.state) if self.slope is None else self.slope.start
@@ -268,20 +264,6 @@ class _Attempt:
             "to stand: the ground is unknown, too steep, too rough or forbidden; choose another goal, or allow more "
             "ground"
         )
-
-    def goal_refused(self) -> No | None:
-        """Why no walk can end there, whatever is between."""
-        x, y = self.goal.x, self.goal.y
-        off = outside(self.dem.geometry, x, y)
-        if not off <= 0:
-            reason = f"the goal ({x:g}, {y:g}) lies {roughly(off)} m off the map"
-            return No(Status.OFF_MAP, f"{reason}; {spans(self.dem.geometry)}; choose one inside")
-        if not np.isfinite(height_at(self.dem, x, y)):
-            return No(
-                Status.UNKNOWN_GROUND,
-                f"the ground at the goal ({x:g}, {y:g}) is unknown; take images that show it, or choose another goal",
-            )
-        return None
 
     def _places_refused(self, places: Footfalls, ease: Footprint) -> str:
         """Why no stance can be at the goal; empty where there may be one."""
