@@ -1,6 +1,7 @@
 """`footfall plan step`, `plan walk`, `map` with `--robot robot.toml`: from its URDF to steps, walks and maps."""
 
 import json
+from dataclasses import replace
 
 import numpy as np
 import pytest
@@ -199,3 +200,19 @@ def test_a_route_is_planned_and_walked_along(described, tmp_path):
     assert run(*off, code=1).stdout.startswith("off_map")
     said = run(*along, tmp_path / "off.npz", code=2).stderr
     assert "off.npz holds no route: the goal (9, 0) lies off the map" in said
+
+
+def test_a_walk_goes_along_no_route_of_another_terrain_or_robot(described, tmp_path):
+    of, route = described / "robot.toml", tmp_path / "route.npz"
+    run("plan", "route", described / "level.tif", "--robot", of, "--goal", 0.08, 0.05, "--out", route)
+    higher = tmp_path / "higher.npz"
+    level = read_terrain(described / "level.tif")
+    write_terrain(replace(level, heights=level.heights + np.float32(0.01)), higher)
+    along = ["--goal", 0.08, 0.05, "--along", route]
+    said = run("plan", "walk", higher, "--robot", of, *along, code=2).stderr
+    assert "route.npz was planned with another terrain" in said
+    other = tmp_path / "other"
+    other.mkdir()
+    run("robot", "init", written(other, ring(8)), "--samples", 20)
+    said = run("plan", "walk", described / "level.tif", "--robot", other / "robot.toml", *along, code=2).stderr
+    assert "route.npz was planned with another robot" in said

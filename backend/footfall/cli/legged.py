@@ -77,8 +77,8 @@ def plan_legged_walk(
     _refuse_given(others, f"be planned with {robot.name}")
     if circulating and along is not None:
         raise InvalidInput("a circulating walk goes around nothing: leave out --along")
-    route = None if along is None else route_of(along)
     dem, state = _stance(robot, terrain, at, settings)
+    route = None if along is None else route_of(along, robot, dem)
     began = time.monotonic()
     with terminal.bar("walk") as progress:
         if circulating:

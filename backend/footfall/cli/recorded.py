@@ -4,7 +4,7 @@ from pathlib import Path
 from typing import TypeVar
 
 from footfall.core.errors import FootFallError, InvalidBundle, InvalidInput, NotFound
-from footfall.core.value import Value
+from footfall.core.value import Provenance, Value
 from footfall.io.any_robot import load_robot
 from footfall.io.artifacts import decode
 from footfall.io.bundles import ARTIFACTS
@@ -101,7 +101,7 @@ def _of_legged(name: str, result: LeggedResult, robot: Path | None, terrain: Pat
     if robot is None or terrain is None:
         raise InvalidInput(f"{name} is of {result.plan.start.robot}: give its --robot and --terrain")
     described, dem = load_robot(robot), read_terrain(terrain)
-    _require_made_with(name, result, described, dem)
+    _require_made_with(name, result.provenance, described, dem)
     return make_sequence(result.plan, described, dem)
 
 
@@ -113,17 +113,21 @@ def legged_walk_of(source: Path, robot: LeggedRobot, dem: Dem) -> LeggedResult:
     value = _read(source)
     if not isinstance(value, LeggedResult):
         raise InvalidInput(f"{source.name} holds a {type(value).__name__}, no walk of a robot of your own")
-    _require_made_with(source.name, value, robot, dem)
+    _require_made_with(source.name, value.provenance, robot, dem)
     return value
 
 
-def route_of(source: Path) -> Route:
-    """The route in a file. Raises NotFound where there is no file, InvalidInput where it holds none."""
+def route_of(source: Path, robot: LeggedRobot, dem: Dem) -> Route:
+    """The route of a robot that others described, out of a file.
+
+    Raises NotFound where there is no file, InvalidInput where it holds none, or one of another robot or terrain.
+    """
     value = _read(source)
     if not isinstance(value, RouteResult):
         raise InvalidInput(f"{source.name} holds a {type(value).__name__}, not what `footfall plan route --out` writes")
     if value.plan is None:
         raise InvalidInput(f"{source.name} holds no route: {value.reason}")
+    _require_made_with(source.name, value.provenance, robot, dem)
     return value.plan
 
 
@@ -136,8 +140,9 @@ def _read(source: Path) -> Value:
         raise InvalidInput(f"{source.name} holds no plan of FootFall: {error.message}") from error
 
 
-def _require_made_with(name: str, result: LeggedResult, robot: Robot | LeggedRobot, dem: Dem) -> None:
-    parents = result.provenance.parents
-    for what, made_with, given in (("robot", parents["robot"], robot), ("terrain", parents["terrain"], dem)):
+def _require_made_with(name: str, planned: Provenance, robot: Robot | LeggedRobot, dem: Dem) -> None:
+    terrain = planned.parents["terrain" if "terrain" in planned.parents else "dem"]
+    for what, made_with, given in (("robot", planned.parents["robot"], robot), ("terrain", terrain, dem)):
         if given.digest != made_with:
-            raise InvalidInput(f"{name} was planned with another {what}", planned_with=made_with, given=given.digest)
+            reason = f"{name} was planned with another {what}: give that one, or plan it anew with this one"
+            raise InvalidInput(reason, planned_with=made_with, given=given.digest)
