@@ -114,6 +114,18 @@ def test_what_no_gait_heeds_is_said_and_nothing_is_planned(athlete, place, setti
     assert named in found.reason
 
 
+def test_a_foot_move_that_is_longer_than_one_may_be_refuses_it(athlete, place):
+    """Its stride is not longer, but feet are put beside their ideal places."""
+    dem, state = place
+    found = plan_wave(athlete, dem, state, GOAL, WIDE, WalkSettings(longest=0.25))
+    assert (found.status, found.plan) == (Status.NO_PATH, None)
+    [blocked] = found.blocked
+    assert (blocked.check_name, blocked.unit) == ("longest foot move", "m")
+    assert blocked.lacks is not None
+    assert 0.0 < blocked.lacks < 0.15
+    assert "at most 0.25 m are allowed" in found.reason
+
+
 def test_a_request_for_a_walk_in_a_gait_is_for_a_wave():
     asked = WalkRequest(GOAL, WalkSettings())
     assert replace(asked, gait=None).digest == asked.digest != replace(asked, gait=WIDE).digest

@@ -64,8 +64,9 @@ def plan_wave(
     """The walk to ``goal`` that is a wave, with stride and tolerance of ``gait`` and otherwise the settings of a walk.
 
     Its footfalls are not searched: where a check fails there is no walk, and ``reason`` and ``blocked`` say at which
-    step which check fails by how much. Nor is there one where a footfall is on a forbidden place, or where the settings
-    ask for what no gait heeds. Raises InvalidInput and what ``progress`` raises, as :func:`.plan_gait`.
+    step which check fails by how much. Nor is there one where a footfall is on a forbidden place, where a foot goes
+    farther than ``longest``, or where the settings ask for what no gait heeds. Raises InvalidInput and what
+    ``progress`` raises, as :func:`.plan_gait`.
     """
     settings.require_legs(robot.description)
     parents = {"robot": robot.digest, "dem": dem.digest, "state": state.digest}
@@ -73,7 +74,7 @@ def plan_wave(
         reason = f"no wave is tried: {beyond}; {TRY}"
         return WalkResult(Status.NO_PATH, None, reason, (), goal, Provenance(parents, settings))
     result = plan_gait(robot, dem, state, goal, settings=wave_like(settings, gait), progress=progress)
-    if result.plan is not None and (barred := _barred(result.plan, settings.forbidden)):
+    if result.plan is not None and (barred := _barred(result.plan, settings.forbidden) or _far(result.plan, settings)):
         reason, blocked = barred
         return WalkResult(Status.NO_PATH, None, reason, (), goal, result.provenance, None, (blocked,))
     return WalkResult(
@@ -100,6 +101,20 @@ def _barred(plan: GaitPlan, places: tuple[Place, ...]) -> tuple[str, Blocked] | 
                     f"forbidden place around ({place.x:z.2f}, {place.y:z.2f}); {TRY}"
                 )
                 return reason, Blocked("forbidden place", leg, x, y, 1, move, inside, "m")
+    return None
+
+
+def _far(plan: GaitPlan, settings: WalkSettings) -> tuple[str, Blocked] | None:
+    """The first foot move of a wave that is longer than one may be, as its feet are put beside their ideal places."""
+    for move, (leg,) in enumerate(plan.groups):
+        (x, y), (old_x, old_y) = (plan.stances[at].contacts[leg, :2] for at in (move + 1, move))
+        far = float(np.hypot(x - old_x, y - old_y))
+        if far > settings.longest:
+            reason = (
+                f"step {move + 1} (leg {leg}) moves its foot {far:z.3f} m, at most {settings.longest:g} m are allowed; "
+                f"{TRY}"
+            )
+            return reason, Blocked("longest foot move", leg, float(x), float(y), 1, move, far - settings.longest, "m")
     return None
 
 
