@@ -88,6 +88,15 @@ def test_it_looks_first_is_held_goes_on_and_is_ended(client, asked):
     problem(client.post(f"{LOOP}/resume"), 409, "conflict")
 
 
+@pytest.mark.parametrize("said", [{}, {"keep": False}])
+def test_settings_of_its_maps_that_are_not_said_stay_as_delivered(server, client, asked, said):
+    begun = client.post(LOOP, json={**GOAL, "terrain": {"resolution": 0.05, **said}})
+    assert begun.status_code == 202, begun.text
+    terrain = server.sessions.current.walk_loop._settings.terrain
+    client.post(f"{LOOP}/cancel")
+    assert (terrain.resolution, terrain.keep) == (0.05, said.get("keep", True))
+
+
 def test_every_chooser_can_be_asked_for():
     assert get_args(WalkLoopOrder.model_fields["choose_by"].annotation) == tuple(CHOOSERS)
 

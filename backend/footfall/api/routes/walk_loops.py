@@ -6,7 +6,7 @@ from fastapi import Path
 
 from footfall.api.access import AllSessions, OneSession
 from footfall.api.acting import Actor
-from footfall.api.bodies.settings_models import settings_value
+from footfall.api.bodies.settings_models import changed, settings_value
 from footfall.api.bodies.walk_schemas import WalkLoopOrder
 from footfall.api.routing import Routes
 from footfall.core.errors import NotFound
@@ -15,7 +15,6 @@ from footfall.planning.walk.problem import WalkGoal, WalkSettings
 from footfall.planning.walk_execution.decision import WayOnSettings
 from footfall.session.live import LiveSession
 from footfall.session.loop_settings import LoopSettings
-from footfall.terrain.terrain_settings import TerrainSettings
 
 router = Routes(tags=["run"])
 
@@ -102,7 +101,7 @@ def begin_walk_loop(live: OneSession, sessions: AllSessions, order: WalkLoopOrde
     settings = LoopSettings(
         way_on=settings_value(WayOnSettings, order.limits) or WayOnSettings(),
         walk=settings_value(WalkSettings, order.walk) or WalkSettings(),
-        terrain=settings_value(TerrainSettings, order.terrain) or TerrainSettings(keep=True),
+        terrain=changed(LoopSettings().terrain, order.terrain),
         pairs=None if order.pairs is None else tuple(order.pairs),
         farthest=order.farthest,
         route=settings_value(RouteSettings, order.route),
