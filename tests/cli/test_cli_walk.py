@@ -166,6 +166,7 @@ def test_a_goal_is_two_numbers_or_three(given, meant):
         (["--at", 0, 0, 0, "--x", 1, "--yaw", 0.1], "--x, --yaw can't go with --at"),
         (["--tether-length", 5], "--tether-length say more of a tether, and there is none: give --tether"),
         (["--posture", "tall", "--rounds", 0], "--posture is come near by smoothing: give --rounds above 0"),
+        (["--mode", "pose_held", "--tether", -3, 0, 4], "--mode can't go with --tether: how a rover sags on one"),
         (["--goal-yaw", 1], "the heading is said twice, by --goal-yaw and by the third number of --goal"),
         (["--goal-yaw=1"], "the heading is said twice"),
     ],

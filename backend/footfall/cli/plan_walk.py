@@ -153,6 +153,8 @@ def plan_walk(
         raise InvalidInput(f"--mode is one of {', '.join(HELD)}", mode=mode)
     if tether is None:
         terminal.refuse_typed(context, TETHERS, "say more of a tether, and there is none: give --tether")
+    elif mode is not None:
+        raise InvalidInput("--mode can't go with --tether: how a rover sags on one is not predicted")
     if not rounds:
         terminal.refuse_typed(context, ["posture"], "is come near by smoothing: give --rounds above 0")
     smoothing = Smoothing(rounds=rounds, posture=posture)
