@@ -147,7 +147,7 @@ def cost_of(plan, height, asked) -> float:
 def test_the_cost_is_that_of_the_plans_rows(athlete, posture):
     dem, asked = terrain(*GROUND[0]), Smoothing(posture=posture, clearance=0.0)
     height = height_above_feet(athlete, athlete.posture(posture)) if posture else footprint(athlete).height
-    found, smoothed = walked(athlete, dem, replace(asked, rounds=0)), walked(athlete, dem, asked)
+    found, smoothed = (walked(athlete, dem, one) for one in (AS_FOUND, asked))
     for told, plan in ((smoothed.smoothed.before, found.plan), (smoothed.smoothed.after, smoothed.plan)):
         assert told.cost == pytest.approx(cost_of(plan, height, asked), rel=1e-5)
 
@@ -306,6 +306,13 @@ def test_a_posture_that_the_robot_does_not_have_is_named(athlete):
 
 @pytest.mark.parametrize("wrong", [{"rounds": -1}, {"rounds": MOST_ROUNDS + 1}, {"torque": -0.1}, {"way": np.nan}])
 def test_smoothing_that_makes_no_sense_is_misuse(wrong):
+def test_a_posture_that_no_smoothing_comes_near_is_misuse(athlete):
+    dem = terrain(*GROUND[0])
+    settings = WalkSettings(smoothing=Smoothing(rounds=0, posture="tall"))
+    with pytest.raises(InvalidInput, match="ask for 1 round of it or more, or for no posture"):
+        planning.plan_walk(athlete, dem, standing(athlete, dem), GOAL, settings=settings)
+
+
     with pytest.raises(InvalidInput):
         Smoothing(**wrong)
 

@@ -103,8 +103,10 @@ def plan_walk(
         settings = replace(settings, seed=seed)
     if state.robot != robot.name or state.leg_count != robot.leg_count:
         raise InvalidInput(f"the state is of {state.robot}, the robot is {robot.name}")
-    if settings.smoothing.posture is not None:
-        robot.posture(settings.smoothing.posture)
+    if (posture := settings.smoothing.posture) is not None:
+        robot.posture(posture)
+        if not settings.smoothing.rounds:
+            raise InvalidInput("smoothing comes near a posture: ask for 1 round of it or more, or for no posture")
     asked = goal_of(goal)
     if tether is not None:
         return _rappel(robot, dem, state, asked, settings, tether, progress)
