@@ -4,8 +4,13 @@ import time
 from collections.abc import Iterator
 from contextlib import contextmanager
 from contextvars import ContextVar
+from functools import cache
+from typing import TYPE_CHECKING
 
 from footfall.core.progress import Progress, no_progress
+
+if TYPE_CHECKING:
+    from numba.core.event import TimingListener
 
 INTERVAL = 0.1
 """Longest pause between two reports to the caller [s], as far as the searches call :meth:`Watch.tick`."""
@@ -33,6 +38,22 @@ def time_taken(begun: float) -> float:
     return (time.monotonic() - begun) / _patience.get()
 
 
+@cache
+def _compiling() -> "TimingListener":
+    """Hears how long this process compiles kernels, from its first plan on."""
+    from numba.core import event
+
+    listener = event.TimingListener()
+    event.register("numba:compile", listener)
+    return listener
+
+
+def _time_compiling() -> float:
+    """Seconds in which kernels were compiled since it first was asked, in whichever thread."""
+    heard = _compiling()
+    return heard.duration if heard.done else 0.0
+
+
 class OutOfTime(Exception):
     """The time limit passed; inside planning only, where it becomes the status TIME_LIMIT."""
 
@@ -46,13 +67,15 @@ class Watch:
 
     Searches call :meth:`tick` at every configuration that they check. Cancelled passes through from
     ``progress``; OutOfTime and OutOfTurn are raised here. The limit stops a search, it never steers one: what a
-    search does until then depends on its seed alone. Looks are counted, so a turn ends at the same look anywhere.
+    search does until then depends on its seed alone. Looks are counted, so a turn ends at the same look anywhere. Time
+    in which kernels are compiled does not count: the first plan after an installation may have to, for minutes.
     """
 
     def __init__(self, progress: Progress = no_progress, time_limit: float = float("inf")) -> None:
         self._progress = progress
         self._start = self._last = time.monotonic()
         self._deadline = self._start + _patience.get() * time_limit
+        self._compiled = _time_compiling()
         self._fraction, self.text = 0.0, ""
         self._looks = float("inf")
 
@@ -63,10 +86,10 @@ class Watch:
 
     @contextmanager
     def uncounted(self) -> Iterator[None]:
-        """Time that the limit does not count: the first plan after an installation may have to compile for long."""
-        begin = time.monotonic()
+        """Time that the limit does not count."""
+        begin, compiled = time.monotonic(), _time_compiling()
         yield
-        self._deadline += time.monotonic() - begin
+        self._deadline += time.monotonic() - begin - (_time_compiling() - compiled)
 
     @contextmanager
     def at_most(self, looks: float) -> Iterator[None]:
@@ -92,7 +115,7 @@ class Watch:
         looks: how many have been made, or are about to be, since the last tick.
         """
         self.pulse()
-        if time.monotonic() > self._deadline:
+        if time.monotonic() - (_time_compiling() - self._compiled) > self._deadline:
             raise OutOfTime
         self._looks -= looks
         if self._looks < 0:
