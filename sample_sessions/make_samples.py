@@ -25,6 +25,7 @@ from footfall.maps.layers import MapSettings
 from footfall.planning.answers import Status
 from footfall.planning.step.problem import StepSettings
 from footfall.planning.walk.problem import WalkGoal, WalkPlan, WalkResult, WalkSettings, foot_moves_in_words
+from footfall.planning.watch import patience
 from footfall.robot.kinematics import wheel_centers
 from footfall.robot.model import Robot
 from footfall.sequence.commands import Command, Sequence
@@ -42,6 +43,8 @@ from footfall.terrain.rocks import add_rocks
 HERE = Path(__file__).resolve().parent
 HEIGHT_STEP = 2.0**-11
 """[m]"""
+LONG = 100.0
+"""So many times its limit each plan may take: a machine that compiles kernels meanwhile makes the same sample."""
 
 
 def wheel(robot: Robot, state: RobotState, leg: int) -> np.ndarray:
@@ -201,7 +204,8 @@ def main(names: list[str]) -> None:
         title, script = SAMPLES[name]
         with tempfile.TemporaryDirectory() as work, Sessions(Path(work), jobs=InlineJobs(), recording=None) as sessions:
             session = sessions.create(title)
-            script(session)
+            with patience(LONG):
+                script(session)
             bundle = session.export_bundle()
             shutil.rmtree(HERE / name, ignore_errors=True)
             zipfile.ZipFile(io.BytesIO(bundle)).extractall(HERE / name)

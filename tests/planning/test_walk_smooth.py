@@ -279,8 +279,10 @@ def test_a_limit_that_passes_while_smoothing_leaves_the_walk_as_good_as_it_is(at
             raise OutOfTime
         better(self, number)
 
+    assert not smoothed(caught)[2].cut_short
     monkeypatch.setattr(smooth._Smoothing, "_better", late)
     way, last, told = smoothed(caught)
+    assert told.cut_short
     assert told.after.cost < told.before.cost
     assert failed(athlete, caught.dem, plan_of(way, last, caught.start, caught.world)) == set()
 
@@ -304,8 +306,6 @@ def test_a_posture_that_the_robot_does_not_have_is_named(athlete):
         planning.plan_walk(athlete, dem, standing(athlete, dem), GOAL, settings=settings)
 
 
-@pytest.mark.parametrize("wrong", [{"rounds": -1}, {"rounds": MOST_ROUNDS + 1}, {"torque": -0.1}, {"way": np.nan}])
-def test_smoothing_that_makes_no_sense_is_misuse(wrong):
 def test_a_posture_that_no_smoothing_comes_near_is_misuse(athlete):
     dem = terrain(*GROUND[0])
     settings = WalkSettings(smoothing=Smoothing(rounds=0, posture="tall"))
@@ -313,6 +313,8 @@ def test_a_posture_that_no_smoothing_comes_near_is_misuse(athlete):
         planning.plan_walk(athlete, dem, standing(athlete, dem), GOAL, settings=settings)
 
 
+@pytest.mark.parametrize("wrong", [{"rounds": -1}, {"rounds": MOST_ROUNDS + 1}, {"torque": -0.1}, {"way": np.nan}])
+def test_smoothing_that_makes_no_sense_is_misuse(wrong):
     with pytest.raises(InvalidInput):
         Smoothing(**wrong)
 

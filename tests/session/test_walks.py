@@ -13,6 +13,7 @@ from footfall.planning import watch
 from footfall.planning.answers import Status
 from footfall.planning.body.body_shift import BodyShift
 from footfall.planning.motion import BODY
+from footfall.planning.walk import smooth
 from footfall.planning.walk.problem import Place, WalkGoal, WalkResult, WalkSettings
 from footfall.planning.walk.smoothing import Smoothing
 from footfall.sequence.edit import Edit
@@ -130,6 +131,22 @@ def test_a_slow_machine_replays_what_a_fast_one_found(live, remembered, monkeypa
     remembered.clear()
     each_look_takes(slowly)
     assert walked(live, NEAR).digest != found.digest
+
+
+@pytest.mark.usefixtures("forgotten")
+def test_a_walk_whose_smoothing_ran_out_of_time_says_so_and_a_replay_blames_nobody(live, remembered, monkeypatch):
+    def late(self, number):
+        raise watch.OutOfTime
+
+    with monkeypatch.context() as patch:
+        patch.setattr(smooth._Smoothing, "_better", late)
+        found = walked(live, NEAR)
+    assert (found.status, found.smoothed.cut_short) == (Status.FOUND, True)
+    remembered.clear()
+    [report] = replay(live.export_bundle()).products
+    assert (report.verdict, report.ok) == ("not_reproducible", True)
+    assert "ran into its time limit when it was recorded" in report.text
+    assert report.recomputed == walked(live, NEAR).digest != found.digest
 
 
 def test_a_walk_of_other_ground_is_told_as_such(live):

@@ -251,6 +251,7 @@ def _smoothed_in_words(smoothed: Smoothed) -> str:
         f"{new.chassis_way:z.2f} m, joints' turning {old.turning:z.1f} → {new.turning:z.1f} rad, largest torque "
         f"{old.largest_torque:.0%} → {new.largest_torque:.0%}, in the mean of foot moves {old.mean_torque:.0%} → "
         f"{new.mean_torque:.0%}, least margin {old.least_margin:z.3f} → {new.least_margin:z.3f} m"
+        f"{'; the time limit cut it short: with a longer one the walk may be better' if smoothed.cut_short else ''}"
     )
 
 

@@ -45,9 +45,9 @@ export function walkTold(plan) {
 }
 
 // What smoothing changed of the walk as it was found; the same on both sides is said once.
-export function smoothed({ before, after }) {
+export function smoothed({ before, after, cut_short: cutShort }) {
   const change = (text, of) => (text(before) === text(after) ? of(text(after)) : of(`${text(before)} → ${text(after)}`));
-  return `Smoothed: ${[
+  return `${cutShort ? "Smoothed as far as its time limit allowed, so planned again it may be another" : "Smoothed"}: ${[
     change((one) => String(one.foot_moves), (told) => `${told} foot moves`),
     change((one) => fixed(one.chassis_way, 2), (told) => `${told} m of the chassis' way`),
     change((one) => fixed(one.turning, 1), (told) => `${told} rad of joints' turning`),

@@ -64,8 +64,8 @@ def smoothed(
         return moves, closing, None
     smoothing = _Smoothing(world, Way(start, tuple(moves), closing), Cost(world, height), watch)
     before = smoothing.figures()
-    smoothing.run(rounds)
-    return list(smoothing.way.moves), smoothing.way.closing, Smoothed(before, smoothing.figures())
+    cut_short = not smoothing.run(rounds)
+    return list(smoothing.way.moves), smoothing.way.closing, Smoothed(before, smoothing.figures(), cut_short)
 
 
 class _Smoothing:
@@ -78,7 +78,8 @@ class _Smoothing:
     def figures(self) -> WalkFigures:
         return self._cost.figures(self.way)
 
-    def run(self, rounds: int) -> None:
+    def run(self, rounds: int) -> bool:
+        """Whether it came to its end within the time limit."""
         try:
             self._watch.phase(0.96, "leaving out foot moves")
             self._shorten()
@@ -88,7 +89,8 @@ class _Smoothing:
                     self._watch.tick()
                     self._better(at)
         except OutOfTime:
-            return
+            return False
+        return True
 
     def _take(self, other: Way, first: int, last: int, left_out: int = 0) -> bool:
         """Take another way if it costs less in foot moves ``first`` to ``last``, of which it may have fewer."""

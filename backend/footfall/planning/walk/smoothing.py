@@ -1,8 +1,10 @@
 """What a walk is smoothed for, and what came of it."""
 
+from dataclasses import field
+
 from footfall.core.bounds import require_not_negative
 from footfall.core.errors import InvalidInput
-from footfall.core.value import Value, value
+from footfall.core.value import LATER, Value, value
 
 MOST_ROUNDS = 20
 """More change nothing any longer."""
@@ -67,7 +69,11 @@ class WalkFigures(Value):
 
 @value
 class Smoothed(Value):
-    """What smoothing came to: the walk as it was found, and as it is told; ``after.cost`` is never more."""
+    """What smoothing came to: the walk as it was found, and as it is told; ``after.cost`` is never more.
+
+    cut_short: whether the time limit ended it, so that another machine's walk may be another.
+    """
 
     before: WalkFigures
     after: WalkFigures
+    cut_short: bool = field(default=False, metadata=LATER)

@@ -20,6 +20,7 @@ from footfall.io.bundles import ARTIFACTS, Bundle
 from footfall.maps.layers import MapStack
 from footfall.maps.refusals import NOT_PROVEN
 from footfall.planning.answers import Status
+from footfall.planning.walk.problem import WalkResult
 from footfall.planning.watch import patience
 from footfall.processor import LATE, choose_arithmetic
 from footfall.session.jobs.product_recipes import PRODUCTS, Recipe, make
@@ -245,7 +246,9 @@ class _Replayed:
 
 
 def _timed_out(result: Value | bytes) -> bool:
-    """Whether a search, or maps that are made cell by cell, ended by a time limit."""
+    """Whether a search, a walk's smoothing, or maps that are made cell by cell, ended by a time limit."""
     if isinstance(result, MapStack):
         return bool((result.layers.get("refused_by", np.zeros(0)) == NOT_PROVEN).any())
+    if isinstance(result, WalkResult) and result.smoothed is not None and result.smoothed.cut_short:
+        return True
     return getattr(result, "status", None) is Status.TIME_LIMIT
