@@ -781,3 +781,13 @@ def test_held_with_the_leg_up_it_looks_and_waits_until_it_goes_on(live, hidden, 
     assert ended(loop)[0] == "stopped"
     assert len(hidden.sent) > sent
     np.testing.assert_allclose(hidden.state.posture, live.get(live.state.sequence).predicted[-1])
+def test_with_a_payload_that_no_step_knows_it_lifts_no_leg(live, hidden, monkeypatch):
+    looks_of(live, hidden, monkeypatch)
+    laden = replace(HOPELESS.walk, payload_mass=20.0, payload_position=np.array([0.0, 0.0, 0.3]))
+    assert ended(live.walk_to(GOAL, replace(HOPELESS, walk=laden)))[0] == "stopped"
+    assert "lift" in decided(live)
+    assert hidden.sent == []
+    told = [event.payload["reason"] for event in live.events() if event.type == "walk_decided"]
+    assert any("leg 2 can't be lifted to look: no step knows the 20 kg that its walk carries" in one for one in told)
+
+

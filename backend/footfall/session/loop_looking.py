@@ -6,6 +6,7 @@ from typing import NamedTuple
 
 from footfall.core.errors import Conflict, FootFallError
 from footfall.planning.step.problem import PlanResult, StepSettings
+from footfall.planning.walk.problem import WalkSettings
 from footfall.sequence.commands import Sequence
 from footfall.session.answers.sessions import SinceThen
 from footfall.session.core import present
@@ -70,15 +71,17 @@ def _moved_since(live: SessionParts, until: Until) -> SinceThen:
     return moved_since(live, live.rover, taken)
 
 
-def up_and_back(live: SessionParts, leg: int, finish: Callable[[Job, str], str]) -> UpAndBack | str:
+def up_and_back(live: SessionParts, leg: int, walk: WalkSettings, finish: Callable[[Job, str], str]) -> UpAndBack | str:
     """The commands that lift a leg straight up from where it stands and put it back, or why there are none.
 
-    finish: waits for a job, told what it makes, and gives its result's digest. Raises Conflict where there is no
-    ground, or no telemetry.
+    walk: how the loop's walks are planned; finish: waits for a job, told what it makes, and gives its result's digest.
+    Raises Conflict where there is no ground, or no telemetry.
     """
     from footfall.maps.standing import contacts
     from footfall.planning.looking.how_to_see import LIFTED
 
+    if walk.payload_mass is not None:
+        return f"leg {leg} can't be lifted to look: no step knows the {walk.payload_mass:g} kg that its walk carries"
     state = live.typed(RobotState, live.stances.freeze())
     dem = live.typed(Dem, present(live.state.dem, "there is no terrain any more"))
     x, y, _ = contacts(live.robot, dem, state.posture, state.T_site_base, [leg]).points[0]

@@ -232,7 +232,7 @@ class WalkLoop:
         The map is made anew when the leg is down: the gate lets no row go over ground that another map shows.
         """
         tried = replace(so_far, lifted=(*so_far.lifted, leg))
-        made = up_and_back(self._live, leg, self._finish)
+        made = up_and_back(self._live, leg, self._settings.walk, self._finish)
         refused = made if isinstance(made, str) else self._begin(made.sequence, row_by_row=True)
         if isinstance(made, str) or refused:
             return replace(tried, refused=refused)
