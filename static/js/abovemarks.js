@@ -19,7 +19,8 @@ const wayOf = (facts) => (walkOutOfDate(facts) ? null : facts.walk?.plan ?? fact
 
 // The footfalls of that walk, in their order: legs, and where they come down [m].
 // A walk of a robot that others described does not say the places.
-export const footfallsOf = (facts) => (wayOf(facts)?.stances ? wayOf(facts).legs : []).map((leg, number) => ({ leg, at: wayOf(facts).stances[number + 1].contacts[leg].slice(0, 2) }));
+export const footfallsOf = (facts) => footfallsIn(wayOf(facts));
+export const footfallsIn = (plan) => (plan?.stances ? plan.legs : []).map((leg, number) => ({ leg, at: plan.stances[number + 1].contacts[leg].slice(0, 2) }));
 
 // place: site [m] → pixel; facts: what the page knows; places: forbidden and pinned ones, for the next walk; moves: of its
 // footfalls, also the one in hand.

@@ -7,6 +7,7 @@
 
 const RADIUS = 0.2; // m: of a forbidden place, where the new one is not nearer
 const SAME = 1e-6; // m
+const ON = 0.05; // m: a foot that is put on a pinned place is no farther from it
 const APART = 0.9; // of the way to the new place: that is not forbidden itself
 
 // What is said of the ground, and what was moved since, as a walk is asked for with it.
@@ -22,6 +23,14 @@ export function withMoves({ forbidden, pinned }, moves) {
 // Whether a walk that was asked for so counts with all of them.
 /** @type {(places: Places, asked: Partial<Places> | undefined) => boolean} */
 export const areHeeded = ({ forbidden, pinned }, asked) => areAmong(forbidden, asked?.forbidden) && areAmong(pinned, asked?.pinned);
+
+// The pinned places that the first so many footfalls of a walk put a foot on, as the server counts them for the next one.
+/** @type {(pinned: Place[], footfalls: {leg: number, at: number[]}[], done: number) => Place[]} */
+export const metBy = (pinned, footfalls, done) => pinned.filter((pin) => {
+  const away = footfalls.map(({ leg, at }) => ((pin.leg ?? leg) === leg ? apart(at, [pin.x, pin.y]) : Infinity));
+  const least = Math.min(...away);
+  return least <= ON && away.indexOf(least) < done;
+});
 
 // The ground that is kept off: no foot is put there, and routes keep the chassis off it, too.
 /** @type {(places: Places) => {x: number, y: number, radius: number}[]} */

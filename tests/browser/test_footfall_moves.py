@@ -70,6 +70,13 @@ def test_a_walk_heeds_what_was_said_where_it_was_asked_for_with_all_of_it():
     assert of_module([["areHeeded", *given] for *given, _ in cases]) == [heeded for *_, heeded in cases]
 
 
+def test_a_pin_is_met_once_the_foot_move_is_made_that_puts_its_leg_there():
+    falls = [{"leg": 2, "at": [0.0, 0.0]}, {"leg": 3, "at": [1.0, 0.0]}, {"leg": 2, "at": [1.03, 0.0]}]
+    pins = [{"x": 1.03, "y": 0.0, "leg": 2}, {"x": 1.0, "y": 0.0}, {"x": 1.0, "y": 0.0, "leg": None}, {"x": 3, "y": 0}]
+    found = of_module([["metBy", pins, falls, done] for done in range(4)])
+    assert found == [[], [], pins[1:3], pins[:3]]
+
+
 def test_the_nearest_footfall_is_taken_and_none_that_is_far():
     falls = [{"at": [0, 0]}, {"at": [10, 0]}, {"at": [10, 0], "later": True}]
     script = SCRIPT.replace("moves[name](...given)", "moves[name](given[0], (at) => at, given[1], given[2])")

@@ -20,7 +20,7 @@ from footfall.planning.execution.body_plan import body_executed
 from footfall.planning.execution.execution_settings import ExecutionSettings
 from footfall.planning.step.problem import StepPlan
 from footfall.planning.walk.parts import parts_of, stay
-from footfall.planning.walk.problem import WalkGoal
+from footfall.planning.walk.problem import Place, WalkGoal, WalkSettings
 from footfall.planning.walk_execution.onward import next_that_moves, onward
 from footfall.planning.walk_execution.plan import foot_moves_of, plan_walk_execution
 from footfall.planning.walk_execution.problem import FootMoveExecution, WalkExecution
@@ -209,6 +209,20 @@ def test_a_rover_elsewhere_is_refused_and_goes_on_by_a_new_walk(athlete, dem, st
     assert found.walk.goal.digest == walk.goal.digest
     assert found.walk.digest != walk.digest
     assert np.abs(found.move.parts[0].predicted[0] - elsewhere.posture).max() < 1e-6
+
+
+def test_a_new_walk_is_not_asked_for_pinned_places_that_have_had_their_foot(athlete, dem, state, walk):
+    put = [(leg, walk.stances[at + 1].contacts[leg]) for at, leg in enumerate(walk.legs[:2])]
+    pins = tuple(Place(float(x), float(y), 0.1, leg) for leg, (x, y, _) in put)
+    settings = replace(walk.provenance.settings, pinned=pins)
+    pinned = replace(walk, provenance=replace(walk.provenance, settings=settings))
+    rover = CompliantRover(athlete, dem)
+    away = rover.let_down(state.posture, transform(translation=(0.0, 0.08, 0.03)) @ state.T_site_base)
+    found = onward(athlete, dem, rover.state(away), pinned, 1, commanded=away.commanded)
+    assert found.anew
+    asked = found.walk.provenance.settings
+    assert isinstance(asked, WalkSettings)
+    assert [one.digest for one in asked.pinned] == [pins[1].digest]
 
 
 def test_the_walk_is_kept_where_it_fits_and_ends(athlete, dem, state, rest, walk, found):

@@ -16,11 +16,12 @@ from footfall.planning.body.stand import stand
 from footfall.planning.walk.excerpt import parts_count, start_of
 from footfall.planning.walk.footfalls import footfalls
 from footfall.planning.walk.plan import plan_walk
-from footfall.planning.walk.problem import WalkGoal, WalkSettings
+from footfall.planning.walk.problem import Place, WalkGoal, WalkSettings
 from footfall.planning.walk.smoothing import Smoothing
 from footfall.planning.walk_execution.decision import Act, SoFar, WayOnSettings
 from footfall.planning.walk_execution.ground_ahead import GROUND_MOVED, moved_ground, unknown_ground
 from footfall.planning.walk_execution.off_walk import CHASSIS_MOVED, off_walk
+from footfall.planning.walk_execution.pins_left import pins_left
 from footfall.planning.walk_execution.way_on import arrived, way_on
 from footfall.robot.description import with_payload
 from footfall.robot.kinematics import center_of_mass
@@ -269,6 +270,27 @@ def test_it_has_arrived_at_the_goal_alone(decides, walk):
     assert decides(0, goal=WalkGoal(float(here[0, 3]), float(here[1, 3]))).act is Act.ARRIVED
     over = decides(parts_count(walk), goal=WalkGoal(3.0, 0.0))
     assert (over.act, over.reason) == (Act.REPLAN, "the walk is over, the goal is not reached")
+
+
+def test_it_has_not_arrived_before_pinned_places_have_had_their_feet(decides, walk):
+    here, last = (start_of(walk, number)[1] for number in (0, parts_count(walk) - 1))
+    so_far = SoFar(unmet=(Place(3.0, 1.0), Place(-0.5, 0.25, leg=2)))
+    assert decides(0, goal=WalkGoal(*map(float, here[:2, 3])), so_far=so_far).act is Act.GO
+    over = decides(parts_count(walk), goal=WalkGoal(*map(float, last[:2, 3])), so_far=so_far)
+    assert over.act is Act.REPLAN
+    assert over.reason == "the walk is over, no foot is on the pinned places (3, 1), (-0.5, 0.25) yet"
+    away = decides(parts_count(walk), goal=WalkGoal(3.0, 0.0), so_far=so_far)
+    assert away.reason == "the walk is over, the goal is not reached"
+
+
+def test_a_pinned_place_is_left_until_the_foot_move_is_made_that_puts_its_leg_there(walk):
+    for number, leg in enumerate(walk.legs):
+        x, y = (float(at) for at in walk.stances[number + 1].contacts[leg, :2])
+        for pin in (Place(x, y, 0.01, leg), Place(x, y, 0.01)):
+            assert pins_left(walk, (pin,), number) == (pin,)
+            assert pins_left(walk, (pin,), number + 1) == ()
+        others = (Place(x, y, 0.5, (leg + 1) % 6), Place(x + 3.0, y, 0.5, leg))
+        assert pins_left(walk, others, walk.foot_moves) == others
 
 
 def test_where_the_rover_is_not_sure_to_be_it_looks_and_stops_where_that_did_not_help(athlete, ground, stood, walk):

@@ -15,7 +15,7 @@ from footfall.planning.answers import Status
 from footfall.planning.looking.how_to_see import LIFTED
 from footfall.planning.route.problem import NoGo, RouteSettings
 from footfall.planning.walk import plan as planning
-from footfall.planning.walk.problem import WalkGoal, WalkSettings
+from footfall.planning.walk.problem import Place, WalkGoal, WalkSettings
 from footfall.planning.walk.smoothing import Smoothing
 from footfall.planning.walk_execution.decision import WayOnSettings
 from footfall.planning.walk_execution.firmer import firmer
@@ -421,6 +421,58 @@ def test_a_rover_that_is_not_where_its_walk_has_it_plans_anew(live, rover):
     assert anew[1].startswith("the rover is off its walk: the chassis is 0.040 m")
 
 
+def footfall(live, goal, settings, pick):
+    """A place that a walk to a goal has, pinned for its leg; pick: of those in their order."""
+    plan = live.get(live.walks.plan(goal, settings).finish()).plan
+    leg, stance = pick(list(zip(plan.legs, plan.stances[1:], strict=True)))
+    return Place(float(stance.contacts[leg, 0]), float(stance.contacts[leg, 1]), 0.1, leg)
+
+
+def put_on(plan, pin):
+    """Numbers of the foot moves that put a pinned place's foot on it."""
+    put = enumerate(zip(plan.legs, plan.stances[1:], strict=True))
+    at = (pin.x, pin.y)
+    return [move for move, (leg, to) in put if leg == pin.leg and np.allclose(to.contacts[leg, :2], at)]
+
+
+def walks_of(live, since):
+    """Those that were planned after so many events."""
+    made = [event.payload for event in live.events()[since:] if event.type == "product"]
+    return [live.get(one["digest"]) for one in made if one["kind"] == WALK.name]
+
+
+def test_a_pinned_place_that_had_its_foot_is_not_asked_for_again(live, rover):
+    pin = footfall(live, GOAL, UNSEEN.walk, lambda put: put[0])
+    pinned = replace(UNSEEN, walk=replace(UNSEEN.walk, pinned=(pin,)))
+    [met, *_] = put_on(live.get(live.walks.plan(GOAL, pinned.walk).finish()).plan, pin)
+    since = len(live.events())
+
+    def before(rows):
+        # in the last row of that part everything slips: the rest is planned anew
+        last = len(live.get(live.state.sequence).commands) - 1
+        if live.walk_loop.foot_moves == met and rover.sent[rows]["row"] == last:
+            rover.slips = (0.04, 0.0, 0.0)
+
+    rover.before_row = before
+    assert ended(live.walk_to(GOAL, pinned))[0] == "arrived"
+    asked = [len(one.provenance.settings.pinned) for one in walks_of(live, since)]
+    assert len(asked) > 1
+    assert asked == [1] + (len(asked) - 1) * [0]
+
+
+def test_a_pinned_place_beyond_a_piece_is_asked_for_in_a_later_one(live, rover):
+    goal = WalkGoal(1.4, 0.1)
+    pin = footfall(live, goal, UNSEEN.walk, lambda put: max(put, key=lambda one: one[1].contacts[one[0], 0]))
+    pin = replace(pin, x=pin.x - 0.03, y=pin.y + 0.02)  # where no foot comes unless it is asked for
+    pinned = replace(UNSEEN, walk=replace(UNSEEN.walk, pinned=(pin,)), farthest=0.5)
+    since = len(live.events())
+    assert ended(live.walk_to(goal, pinned))[0] == "arrived"
+    found = walks_of(live, since)
+    assert [one.status for one in found] == len(found) * [Status.FOUND]
+    assert not found[0].provenance.settings.pinned
+    assert [put_on(one.plan, pin) != [] for one in found].count(True) == 1
+
+
 DRIFT = transform(rotation("z", np.array(0.005)), (0.06, -0.02, 0.0))
 
 
@@ -753,6 +805,16 @@ def test_images_from_before_it_moved_are_no_look(live, rover, monkeypatch):
     assert len(asked) == decided(live).count("look") + 1
 
 
+def test_with_a_payload_that_no_step_knows_it_lifts_no_leg(live, hidden, monkeypatch):
+    looks_of(live, hidden, monkeypatch)
+    laden = replace(HOPELESS.walk, payload_mass=20.0, payload_position=np.array([0.0, 0.0, 0.3]))
+    assert ended(live.walk_to(GOAL, replace(HOPELESS, walk=laden)))[0] == "stopped"
+    assert "lift" in decided(live)
+    assert hidden.sent == []
+    told = [event.payload["reason"] for event in live.events() if event.type == "walk_decided"]
+    assert any("leg 2 can't be lifted to look: no step knows the 20 kg that its walk carries" in one for one in told)
+
+
 def test_a_leg_that_somebody_lets_down_before_the_look_is_carried_out_to_its_end(live, hidden, monkeypatch):
     looks = looks_of(live, hidden, monkeypatch)
     loop = live.walk_to(GOAL, HOPELESS)
@@ -781,13 +843,3 @@ def test_held_with_the_leg_up_it_looks_and_waits_until_it_goes_on(live, hidden, 
     assert ended(loop)[0] == "stopped"
     assert len(hidden.sent) > sent
     np.testing.assert_allclose(hidden.state.posture, live.get(live.state.sequence).predicted[-1])
-def test_with_a_payload_that_no_step_knows_it_lifts_no_leg(live, hidden, monkeypatch):
-    looks_of(live, hidden, monkeypatch)
-    laden = replace(HOPELESS.walk, payload_mass=20.0, payload_position=np.array([0.0, 0.0, 0.3]))
-    assert ended(live.walk_to(GOAL, replace(HOPELESS, walk=laden)))[0] == "stopped"
-    assert "lift" in decided(live)
-    assert hidden.sent == []
-    told = [event.payload["reason"] for event in live.events() if event.type == "walk_decided"]
-    assert any("leg 2 can't be lifted to look: no step knows the 20 kg that its walk carries" in one for one in told)
-
-

@@ -8,7 +8,7 @@ import pytest
 
 from footfall.core.errors import Conflict, InvalidInput, NotFound
 from footfall.planning.walk.excerpt import excerpt, parts_count, start_of
-from footfall.planning.walk.problem import WalkGoal, WalkSettings
+from footfall.planning.walk.problem import Place, WalkGoal, WalkSettings
 from footfall.session.jobs.requests import WalkRequest
 from footfall.session.log.fold import fold_all
 from footfall.session.products.kinds import WALK
@@ -111,6 +111,30 @@ def test_a_rover_that_stands_elsewhere_is_told_by_how_much_and_the_rest_is_plann
     np.testing.assert_array_equal(again.plan.waypoints[0], posture)
     assert (live.walks.walking().done, live.walks.walking().against) == (0, "")
     assert live.walks.walking().commanded == 0  # those there are go back to the walk before
+
+
+def test_pinned_places_that_had_their_foot_are_not_asked_for_again(live, standing, walk):
+    """They are footfalls of another walk: of its first foot move and of its last."""
+    ends = [(leg, walk.stances[at].contacts[leg]) for leg, at in ((walk.legs[0], 1), (walk.legs[-1], -1))]
+    pins = tuple(Place(float(x), float(y), 0.1, leg) for leg, (x, y, _) in ends)
+    asked = replace(NEAR, settings=replace(NEAR.settings, pinned=pins))
+    plan = live.get(live.stances.ask(WALK, asked).finish()).plan
+    to = [(leg, *stance.contacts[leg, :2]) for leg, stance in zip(plan.legs, plan.stances[1:], strict=True)]
+    put = [
+        next(move for move, at in enumerate(to) if at[0] == pin.leg and np.allclose(at[1:], (pin.x, pin.y)))
+        for pin in pins
+    ]
+    rover = Rover(live, standing)
+    for number in range(min(put) + 1):
+        live.walks.command(None, number)
+        sent(live, rover)
+    again = live.get(live.walks.replan().finish())
+    left = again.provenance.settings.pinned
+    assert [one.digest for one in left] == [pin.digest for pin, move in zip(pins, put, strict=True) if move > min(put)]
+    assert len(left) == 1
+    # its own walk is what the next one leaves them out by
+    assert live.walks.walking().done == 0
+    assert live.get(live.walks.replan().finish()).digest == again.digest
 
 
 def test_between_foot_moves_the_rover_is_looked_at_and_a_run_held_where_it_stands_otherwise(live, standing, walk):

@@ -1,13 +1,17 @@
 """The pieces that a walk in a closed loop is planned in: where the next one goes, along which route, and its walk."""
 
+import math
 from collections.abc import Callable
 from dataclasses import replace
 from typing import TYPE_CHECKING
 
+import numpy as np
+
 from footfall.planning.answers import Status
 from footfall.planning.route.problem import RouteResult, RouteSettings
-from footfall.planning.walk.problem import WalkGoal, WalkPlan
+from footfall.planning.walk.problem import Place, WalkGoal, WalkPlan, WalkResult, WalkSettings
 from footfall.planning.walk_execution.decision import SoFar
+from footfall.planning.walk_execution.pins_left import pins_left
 from footfall.session.jobs.job import Job
 from footfall.session.jobs.requests import RouteRequest
 from footfall.session.loop_settings import LoopSettings
@@ -16,6 +20,7 @@ from footfall.session.products.kinds import ROUTE
 from footfall.telemetry.state import RobotState
 
 if TYPE_CHECKING:
+    from footfall.planning.walk_execution.stage import Stage
     from footfall.session.parts import SessionParts
     from footfall.terrain.dem import Dem
 
@@ -51,7 +56,7 @@ class Pieces:
         not_found = max(so_far.anew - 1 - so_far.declined, 0)
         dem, live, farthest = newest_dem(self._live), self._live, self.ways.farthest / 2**not_found
         asked = firmer(self._settings.walk, so_far.declined)
-        asked = replace(asked, seed=asked.seed + so_far.anew - 1)
+        asked = replace(asked, seed=asked.seed + so_far.anew - 1, pinned=so_far.unmet)
         stage: Stage | str = "no ground is known yet" if so_far.nearest is None else Stage(so_far.nearest, asked)
         live.stances.freeze()
         if so_far.nearest is None and dem is not None:
@@ -59,9 +64,26 @@ class Pieces:
             stage = next_goal(live.robot, dem, self._at_rest(), self._goal, farthest, asked, routed)
         if isinstance(stage, str):
             return None, replace(so_far, refused=stage)
-        self.walk, found = self.ways.plan(stage.goal, stage.settings, so_far.anew > 1)
+        self.walk, found = self.ways.plan(stage.goal, self._settings_of(stage), so_far.anew > 1)
         refused = "" if found.plan is not None else f"no walk is found: {found.reason}"
         return found.plan, replace(so_far, refused=refused, nearest=came_nearest(found), short=stage.short)
+
+    def unmet(self, pinned: tuple[Place, ...], done: int) -> tuple[Place, ...]:
+        """Those of some pinned places that the first ``done`` foot moves of the piece put no foot on."""
+        plan = None if self.walk is None else self._live.typed(WalkResult, self.walk).plan
+        return pinned if plan is None else pins_left(plan, pinned, done)
+
+    def _settings_of(self, stage: "Stage") -> WalkSettings:
+        """How a piece is planned: one that ends before the goal has only pinned places that it may come to."""
+        from footfall.planning.walk.footprint import footprint
+
+        asked = stage.settings
+        if stage.goal is self._goal or not asked.pinned:
+            return asked
+        x, y = (float(at) for at in self._at_rest().T_site_base[:2, 3])
+        feet = footprint(self._live.robot, asked.height).feet
+        farthest = math.hypot(stage.goal.x - x, stage.goal.y - y) + float(np.hypot(*feet.T).max())
+        return replace(asked, pinned=tuple(pin for pin in asked.pinned if math.hypot(pin.x - x, pin.y - y) <= farthest))
 
     def _routed(self, place: tuple[float, float]) -> RouteResult:
         """The route to a place on the newest map, or the one before where none begins so near to blocked ground."""

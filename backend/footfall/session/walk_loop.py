@@ -172,7 +172,7 @@ class WalkLoop:
     def _walked(self) -> tuple[str, str]:
         """Outcome and reason."""
         limits = self._settings.way_on
-        so_far, walk, number = SoFar(), None, 0
+        so_far, walk, number = SoFar(unmet=self._settings.walk.pinned), None, 0
         while True:
             decision = self._decide(so_far, walk, number, limits)
             if decision.act is Act.LOOK:
@@ -223,8 +223,7 @@ class WalkLoop:
         self._carry_out()
         moved = len(live.walks.foot_moves_in(sequence))
         self.foot_moves += moved
-        now = replace(so_far, moved=so_far.moved + moved, looked=False, anew=0, declined=0, refused="", lifted=())
-        return number + moved, now
+        return number + moved, so_far.gone_on(moved, self._pieces.unmet(so_far.unmet, number + moved))
 
     def _lift(self, leg: int, so_far: SoFar) -> SoFar:
         """Look with a leg lifted: its rows go one by one as far as it is up, and the rest after the images.

@@ -13,6 +13,7 @@ from footfall.planning.gait.problem import GaitSettings
 from footfall.planning.walk.excerpt import end_of, parts_count, start_of
 from footfall.planning.walk.problem import WalkGoal, WalkPlan, WalkResult, WalkSettings, foot_moves_in_words
 from footfall.planning.walk_execution.payload import with_load_of
+from footfall.planning.walk_execution.pins_left import pins_left
 from footfall.sequence.commands import Sequence
 from footfall.sequence.foot_moves import Rows, foot_moves
 from footfall.sequence.rest import PredictedRest, predicted_rest
@@ -194,13 +195,19 @@ class Walks:
         )
 
     def replan(self, walk: str | None = None) -> Job:
-        """Plan the rest of a walk (None: the latest) from how the rover stands: same goal, settings, tether, gait."""
+        """Plan the rest of a walk (None: the latest) from how the rover stands: same goal, settings, tether, gait.
+
+        Pinned places that its foot moves have put a foot on are not asked for again.
+        """
         digest = walk or present(self._core.state.newest(WALK), "there is no walk yet")
         made = self._core.state.products.get(digest)
         if made is None or made.kind != WALK.name or made.settings is None:
             raise NotFound(f"the session holds no walk {digest}", digest=digest)
         asked = self._core.typed(WalkRequest, made.settings)
-        request = self._walk_request(asked.goal, asked.settings, asked.tether, asked.gait)
+        plan, over, settings = self._core.typed(WalkResult, digest).plan, self._carried_out(digest), asked.settings
+        if plan is not None and over:
+            settings = replace(settings, pinned=pins_left(plan, settings.pinned, max(over) + 1))
+        request = self._walk_request(asked.goal, settings, asked.tether, asked.gait)
         return self._core.product_jobs.submit(WALK, self._stances.standing_now(), request)
 
     def foot_moves_in(self, sequence: str) -> tuple[CommandedFootMove, ...]:

@@ -2,11 +2,11 @@
 // of the shown walk that a hand moves.
 
 import { act } from "../acts.js";
-import { footfallsOf } from "../abovemarks.js";
+import { footfallsIn, footfallsOf } from "../abovemarks.js";
 import { settled } from "../choosing.js";
 import { $, attempt, toast } from "../dom.js";
 import { walkOutOfDate } from "../fits.js";
-import { areHeeded, meantOf, movedTo, withMoves } from "../footfallmoves.js";
+import { areAmong, areHeeded, meantOf, metBy, movedTo, withMoves } from "../footfallmoves.js";
 import { explainKey, heardFirst } from "../keys.js";
 import { changed, known, subscribe } from "../store.js";
 import * as texts from "../texts/walk.js";
@@ -50,6 +50,15 @@ export function settleMoves() {
   recall();
   held = null;
   say(placesSaid());
+}
+
+// Pinned places of the shown walk that have had their foot, once so many foot moves of it are made, are not asked for again.
+export function forgetMet(made) {
+  const met = metBy(known.walk?.provenance.settings?.pinned ?? [], footfallsIn(known.walk?.plan), made);
+  const pinned = said.pinned.filter((pin) => !areAmong([pin], met));
+  if (pinned.length === said.pinned.length) return;
+  said = { ...said, pinned };
+  tellPlaces();
 }
 
 function tellPlaces() {

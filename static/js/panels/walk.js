@@ -15,11 +15,12 @@ import * as shared from "../texts/shared.js";
 import * as texts from "../texts/walk.js";
 import { sagSettings } from "./execution.js";
 import { isFilledIn } from "./goal.js";
-import { addPlaces, placesSaid, settleMoves, takeFootfallOf, unheededPlaces } from "./places.js";
+import { addPlaces, forgetMet, placesSaid, settleMoves, takeFootfallOf, unheededPlaces } from "./places.js";
 import { alongRoute } from "./route.js";
 import { paidOut, showTether, tether } from "./tether.js";
 
 let shown = ""; // digest of the walk that is shown
+let made = 0; // foot moves of it
 
 export function start() {
   $("walk-form").addEventListener("submit", (event) => event.preventDefault()); // its button acts
@@ -87,6 +88,9 @@ function draw({ summary, walk }) {
   $("walk-doubt").hidden = !doubt;
   $("walk-doubt").textContent = doubt ? texts.outOfDate(doubt) : "";
   drawWalking(summary.walking);
+  const before = made;
+  made = walk && summary.walking?.walk === walk.digest ? summary.walking.done : 0;
+  if (made > before) forgetMet(made);
   if ((walk?.digest ?? "") === shown) return;
   shown = walk?.digest ?? "";
   settleMoves();

@@ -49,5 +49,8 @@ def read_along(live: OneSession, digest: Digest) -> AlongWalkAnswer:
 
 @router.post("/sessions/{session}/walks/{digest}/again", status_code=202)
 def replan(live: OneSession, digest: Digest, response: Response) -> JobAnswer:
-    """Plan the rest of a walk from how the rover stands now, as a job: same goal, same settings."""
+    """Plan the rest of a walk from how the rover stands now, as a job: same goal, same settings.
+
+    Pinned places that the walk's foot moves have put a foot on are left out.
+    """
     return accepted(live.walks.replan(None if digest == "current" else digest), response)

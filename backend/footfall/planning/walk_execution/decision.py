@@ -5,7 +5,7 @@ from enum import Enum
 
 from footfall.core.bounds import require_above_zero, require_not_negative
 from footfall.core.value import Value, value, value_enum
-from footfall.planning.walk.problem import LEAST_MARGIN, MOST_TORQUE, WalkGoal
+from footfall.planning.walk.problem import LEAST_MARGIN, MOST_TORQUE, Place, WalkGoal
 
 
 @value_enum
@@ -60,7 +60,7 @@ class SoFar:
     stand firmly. refused: why what was decided last can't be done: no walk was found, or the next foot move of the walk
     can't be commanded; empty where nothing was refused. nearest: where a search came that found no walk, which is gone
     to first. short: why the walk ends before the goal; empty where it does not. lifted: legs that were lifted to look,
-    or could not be, since it last moved.
+    or could not be, since it last moved. unmet: pinned places that have had no foot yet.
     """
 
     moved: int = 0
@@ -71,6 +71,12 @@ class SoFar:
     nearest: WalkGoal | None = None
     short: str = ""
     lifted: tuple[int, ...] = ()
+    unmet: tuple[Place, ...] = ()
+
+    def gone_on(self, moved: int, unmet: tuple[Place, ...]) -> "SoFar":
+        """After so many foot moves more, with the pinned places that they leave."""
+        moved += self.moved
+        return replace(self, moved=moved, looked=False, anew=0, declined=0, refused="", lifted=(), unmet=unmet)
 
     def with_no_commands(self, why: str) -> "SoFar":
         """After commands were not made, or not sent: the first time it looks, and the same plan is tried once more."""

@@ -1,6 +1,6 @@
 """The next foot move of a walk from where the rover really is: the walk is kept where it still fits, else made anew."""
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 from numpy.typing import ArrayLike
 
@@ -9,6 +9,7 @@ from footfall.planning.answers import Status
 from footfall.planning.execution.execution_settings import ExecutionSettings
 from footfall.planning.walk.plan import plan_walk
 from footfall.planning.walk.problem import WalkPlan, WalkSettings
+from footfall.planning.walk_execution.pins_left import pins_left
 from footfall.planning.walk_execution.plan import foot_moves_of, plan_walk_execution
 from footfall.planning.walk_execution.problem import FootMoveExecution, WalkExecutionResult
 from footfall.planning.walk_execution.unpressed import unpressed
@@ -44,8 +45,8 @@ def onward(
 ) -> Onward:
     """The execution of one foot move of a walk, from the state that was just measured.
 
-    Where it can't be executed from there, a walk to the same goal is planned from there, with the same settings, and
-    its first foot move is taken.
+    Where it can't be executed from there, a walk to the same goal is planned from there, with the same settings but for
+    pinned places that have had their foot, and its first foot move is taken.
 
     Args:
         robot: the rover.
@@ -72,6 +73,8 @@ def onward(
         return Onward(walk, ahead, _move(kept), "")
     made_with = walk.provenance.settings
     asked = made_with if isinstance(made_with, WalkSettings) else None
+    if asked is not None:
+        asked = replace(asked, pinned=pins_left(walk, asked.pinned, ahead))
     found = plan_walk(robot, dem, unpressed(robot, state), walk.goal, settings=asked, progress=part(progress, 0.3, 0.7))
     if found.plan is None:
         return Onward(walk, ahead, None, f"{kept.reason}; and no other walk is found: {found.reason}", kept.reason)

@@ -11,7 +11,7 @@ from footfall.maps.standing import contacts
 from footfall.maps.support_outlines import bearing
 from footfall.planning.looking.lift_to_look import leg_to_lift
 from footfall.planning.walk.excerpt import parts_count, start_of
-from footfall.planning.walk.problem import WalkGoal, WalkPlan, part_name
+from footfall.planning.walk.problem import Place, WalkGoal, WalkPlan, part_name
 from footfall.planning.walk_execution.decision import Act, SoFar, WayOn, WayOnSettings
 from footfall.planning.walk_execution.ground_ahead import moved_ground, remembered_ground, unknown_ground
 from footfall.planning.walk_execution.off_walk import off_walk
@@ -41,7 +41,8 @@ def way_on(
     """The next act of a rover that was measured to stand as ``state`` says, ``number`` foot moves into ``walk``.
 
     dem: the ground as it is known now, which need not be that of the walk; None: none is known yet. Where looking or
-    planning anew was tried in vain, what is left is to stop. doubt: why it is not sure where on the map it stands,
+    planning anew was tried in vain, what is left is to stop. It has not arrived before pinned places have had their
+    feet. doubt: why it is not sure where on the map it stands,
     which only looking can change; empty where it is sure. balance: whose payload the rover carries; None: that of
     its description. Raises InvalidInput where the walk has no such foot move.
     """
@@ -51,20 +52,22 @@ def way_on(
         return WayOn(Act.STOP, f"a look did not help: {doubt}") if so_far.looked else WayOn(Act.LOOK, doubt)
     if unsteady := _unsteady(robot, dem, state, settings, balance or BalanceSettings()):
         return WayOn(Act.STOP, unsteady)
-    if arrived(goal, state.T_site_base):
+    there = arrived(goal, state.T_site_base)
+    if there and not so_far.unmet:
         return WayOn(Act.ARRIVED, "the chassis is at the goal")
     if 0 < settings.look_every <= so_far.moved:
         return WayOn(Act.LOOK, f"{so_far.moved} of {settings.look_every} foot moves since the latest look")
     if so_far.nearest is not None and so_far.anew < settings.most_anew:
-        there = f"({so_far.nearest.x:z.2f}, {so_far.nearest.y:z.2f})"
-        return WayOn(Act.REPLAN, f"first to {there}, where the latest search came nearest: {so_far.refused}")
+        at = f"({so_far.nearest.x:z.2f}, {so_far.nearest.y:z.2f})"
+        return WayOn(Act.REPLAN, f"first to {at}, where the latest search came nearest: {so_far.refused}")
     if so_far.refused:
         lift = _lift(robot, dem, state, so_far)
         return lift or _look(so_far.refused, so_far, settings)
     if walk is None:
         return _replan("there is no walk yet", so_far, settings)
     if number >= parts_count(walk):
-        return _replan("the walk is over, the goal is not reached", so_far, settings)
+        lacks = f"no foot is on {_in_words(so_far.unmet)} yet" if there else "the goal is not reached"
+        return _replan(f"the walk is over, {lacks}", so_far, settings)
     if off := off_walk(robot, state, *start_of(walk, number)):
         return _replan(f"the rover is off its walk: {off}", so_far, settings)
     last = min(number + settings.foot_moves, parts_count(walk))
@@ -89,6 +92,11 @@ def arrived(goal: WalkGoal, T_site_base: Array) -> bool:
         return True
     turn = heading(T_site_base) - goal.yaw
     return bool(abs(np.remainder(turn + np.pi, 2.0 * np.pi) - np.pi) <= goal.turned)
+
+
+def _in_words(pinned: tuple[Place, ...]) -> str:
+    places = ", ".join(f"({pin.x:g}, {pin.y:g})" for pin in pinned)
+    return f"the pinned place{'s' if len(pinned) > 1 else ''} {places}"
 
 
 def _look(reason: str, so_far: SoFar, settings: WayOnSettings) -> WayOn:
