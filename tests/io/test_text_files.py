@@ -122,7 +122,7 @@ def test_commands_that_are_no_number_or_in_other_columns_are_called_so():
 
 def test_a_robot_s_mesh_loses_no_indented_face(tmp_path):
     (tmp_path / "a.obj").write_text("v 0 0 0\nv 1 0 0\nv 1 1 0\nv 0 1 0\nf 1 2 3\n  f 1 3 4\n")
-    assert len(read_mesh(tmp_path / "a.obj", "a.obj").triangles) == 2
+    assert len(read_mesh(tmp_path / "a.obj", "a.obj")[0].triangles) == 2
     (tmp_path / "a.obj").write_text("v 0 0 0\nv 1 0\nv 1 1 0\nf 1 2 3\n")
     with pytest.raises(FootFallError, match="line 2, 'v 1 0', is no vertex of three numbers"):
         read_mesh(tmp_path / "a.obj", "a.obj")

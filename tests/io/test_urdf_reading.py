@@ -140,6 +140,54 @@ def test_meshes_that_are_no_meshes_are_refused(tmp_path, ending):
         read_urdf(written(tmp_path, text))
 
 
+METRES = '<unit name="meter" meter="1"/>'
+INCHES = '<unit name="inch" meter="0.0254"/>'
+
+
+def in_dae(folder, unit: str, scale: str = "1 1 1", said: str = METRES):
+    """A quadruped whose base is the box in a DAE file that states a unit; said: what is replaced by it there."""
+    path = mesh_file(folder, "dae")
+    path.write_text(path.read_text().replace(said, unit))
+    return written(folder, quadruped(replaced(BOX, f'<mesh filename="base.dae" scale="{scale}"/>')))
+
+
+@pytest.mark.parametrize(
+    ("unit", "factor"),
+    [
+        (INCHES, 0.0254),
+        ("<unit meter = '1.0E-2'\n name='cm'/>", 0.01),
+        (f"<!-- {INCHES} -->{METRES}", 1.0),
+        ("", 1.0),
+        ('<unit name="centimeter" meter="1.0"/>', 1.0),
+    ],
+)
+def test_the_unit_of_a_collada_file_is_heeded(tmp_path, unit, factor):
+    shape = read_urdf(in_dae(tmp_path, unit)).link("base").shapes[0]
+    assert shape.size == pytest.approx(factor * np.array([0.7, 0.3, 0.1]), rel=1e-5)
+
+
+def test_the_unit_of_a_part_of_a_collada_file_is_not_the_file_s(tmp_path):
+    path = in_dae(tmp_path, f'<geometry id="g"><asset>{INCHES}</asset>', said='<geometry id="g">')
+    assert read_urdf(path).link("base").shapes[0].size == pytest.approx([0.7, 0.3, 0.1], rel=1e-5)
+
+
+def test_a_mirroring_scale_goes_with_the_unit_of_a_collada_file(tmp_path):
+    shape = read_urdf(in_dae(tmp_path, INCHES, "1 -2 1")).link("base").shapes[0]
+    assert shape.size == pytest.approx(0.0254 * np.array([0.7, 0.6, 0.1]), rel=1e-5)
+
+
+def test_a_unit_that_the_urdf_says_once_more_is_refused(tmp_path):
+    path = in_dae(tmp_path, '<unit meter="0.001"/>', "0.001 -0.001 0.001")
+    with pytest.raises(InvalidRobot, match=r"link base: base\.dae says itself that its unit is 0\.001 m, .* once more"):
+        read_urdf(path)
+
+
+@pytest.mark.parametrize("unit", ["0", "-1", "inf", "nan", "mm"])
+def test_a_unit_of_a_collada_file_that_is_none_is_refused(tmp_path, unit):
+    with pytest.raises(InvalidRobot, match=f"base.dae states a unit of '{unit}' metres; a number above zero"):
+        read_urdf(in_dae(tmp_path, f'<unit meter="{unit}"/>'))
+
+
 def test_a_hostile_collada_file_is_refused(tmp_path):
     path = mesh_file(tmp_path, "dae")
     path.write_text(

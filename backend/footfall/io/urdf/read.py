@@ -82,7 +82,12 @@ class _Shapes:
                 self.missing.append(err.message)
                 return None
             self._meshes[address] = read_mesh(place, address)
-        mesh = self._meshes[address]
+        mesh, unit = self._meshes[address]
+        if unit != 1.0 and np.allclose(np.abs(scale), unit, rtol=1e-3):
+            raise InvalidRobot(
+                f"{where}: {address} says itself that its unit is {unit:g} m, and the URDF scales it by {unit:g} once "
+                'more, which viewers multiply; take the scale out, or let the file say <unit meter="1"/>'
+            )
         # a mirroring scale turns the surface inside out
         triangles = mesh.triangles[:, ::-1] if np.prod(scale) < 0 else mesh.triangles
         scaled = type(mesh)(mesh.vertices * scale, triangles)
