@@ -86,6 +86,7 @@ def test_a_scan_is_read_with_the_unit_that_it_says_alone(name):
 
 
 def test_a_heading_behind_a_comment_says_its_unit_too():
-    content = f"# by hand\nx[mm] y[mm] z[mm]\n{ROWS}".encode()
-    with pytest.raises(InvalidTerrain, match="unit is mm, not m: state --unit mm"):
-        decode_terrain(content, "a.xyz", unit="m", up="z")
+    for heading in ("x[mm] y[mm] z[mm]", "# Easting [mm] Northing [mm] Elevation [mm]"):
+        content = f"# by hand\n{heading}\n{ROWS}".encode()
+        with pytest.raises(InvalidTerrain, match="unit is mm, not m: state --unit mm"):
+            decode_terrain(content, "a.xyz", unit="m", up="z")

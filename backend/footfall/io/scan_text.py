@@ -1,4 +1,4 @@
-"""Scans as text: three numbers first in each row, or columns that a heading calls x, y, z."""
+"""Scans as text: three numbers first in each row, or columns that a heading calls x, y, z, or east, north, height."""
 
 import io
 import re
@@ -10,6 +10,9 @@ from footfall.core.errors import InvalidTerrain
 from footfall.core.written import how_to_write, number_of
 
 ENDINGS = (".xyz", ".csv", ".txt")
+
+_UNITS = re.compile(r"[ \t]*[\[(][^\])]*[\])]")
+"""Behind the name of a column, such as `` [m]``: no column of its own where blanks separate them."""
 
 
 def read_points(content: bytes, name: str) -> Array:
@@ -24,7 +27,7 @@ def read_points(content: bytes, name: str) -> Array:
         skip = _comments(lines, skip)
     if skip == len(lines):
         raise InvalidTerrain(f"{name} has no rows of numbers")
-    first = lines[skip]
+    first = _UNITS.sub("", lines[skip])
     separator = next((s for s in (";", ",", "\t") if s in first), None)
     words = [word.strip().strip('"') for word in (first.split(separator) if separator else first.split())]
     columns = None
@@ -59,42 +62,64 @@ def _counts_rows(column: Array) -> bool:
     return len(column) > 2 and column[0] in (0.0, 1.0) and bool((np.diff(column) == 1.0).all())
 
 
+_CALLED = {
+    "x": {"east", "easting", "e"},
+    "y": {"north", "northing", "n"},
+    "z": {"height", "elevation", "elev", "altitude", "alt", "up", "h", "u"},
+}
+"""What else headings call the columns x, y and z."""
+_DOWN = {"down", "depth", "d"}
+_GLOBE = {"lon", "long", "longitude", "lat", "latitude"}
+
+
 def _columns(words: list[str], name: str) -> tuple[int, int, int]:
     """Which columns a heading calls x, y and z."""
-    plain = _plain(words)
-    found = [plain.index(axis) if axis in plain else -1 for axis in "xyz"]
-    if min(found) < 0:
-        raise InvalidTerrain(f"{name} begins with {', '.join(words[:6])}: its heading needs columns x, y and z")
-    twice = [axis for axis in "xyz" if plain.count(axis) > 1]
+    found = _called(words)
+    missing = [axis for axis in "xyz" if not found[axis]]
+    if missing:
+        raise InvalidTerrain(
+            f"{name} begins with {', '.join(words[:6])}: its heading needs columns x, y and z, or east, north and "
+            f"height (up); it has none for {', '.join(missing)}"
+        )
+    twice = [axis for axis in "xyz" if len(found[axis]) > 1]
     if twice:
         raise InvalidTerrain(f"the heading of {name} has {twice[0]} twice: {', '.join(words[:9])}; call each otherwise")
-    return found[0], found[1], found[2]
+    return found["x"][0], found["y"][0], found["z"][0]
+
+
+def _called(words: list[str]) -> dict[str, list[int]]:
+    """Columns by the axis that a heading calls them: by its letter, else by other names of it."""
+    numbered = list(enumerate(_plain(words)))
+    return {
+        axis: [i for i, word in numbered if word == axis] or [i for i, word in numbered if word in names]
+        for axis, names in _CALLED.items()
+    }
 
 
 def _columns_of_comment(
     comments: list[str], separator: str | None, count: int, name: str
 ) -> tuple[int, int, int] | None:
-    """Which columns a heading in the last comment calls so; None where it is no heading of so many."""
-    said = [one for one in comments if one.strip()]
-    last = said[-1].lstrip("#/% \t") if said else ""
-    for words in (last.split(separator), last.split()):
-        plain = _plain(words)
-        if len(words) != count:
-            continue
-        if {"x", "y", "z"} <= {*plain}:
+    """Which columns a heading in a comment, the last one first, calls so; None where none is a heading of so many."""
+    said = [_UNITS.sub("", one).lstrip("#/% \t") for one in comments if one.strip()]
+    for one in said[::-1]:
+        for words in (one.split(separator), one.split()):
+            found = _called(words)
+            if len(words) != count or not (found["x"] and found["y"]):
+                continue
+            # a third column may have any name, but of what counts downwards
+            if not found["z"] and (found["x"][0], found["y"][0]) == (0, 1) and not {*_plain(words)} & _DOWN:
+                return None
             return _columns([word.strip() for word in words], name)
-        if {*plain[:3]} & _GLOBE:
+    for words in (said[-1].split(separator), said[-1].split()) if said else ():
+        if len(words) == count and {*_plain(words)[:3]} & _GLOBE:
             raise InvalidTerrain(
                 f"{name} calls its first columns {', '.join(words[:3])}: reproject them to metres on a map, such as UTM"
             )
     return None
 
 
-_GLOBE = {"lon", "long", "longitude", "lat", "latitude"}
-
-
 def _plain(words: list[str]) -> list[str]:
-    return [re.sub(r"[\[(].*", "", word).strip().strip('"').lower().lstrip("/#") for word in words]
+    return [word.strip().strip('"').lower().lstrip("/#") for word in words]
 
 
 def _numbers(content: bytes, separator: str | None, skip: int, columns: tuple[int, ...], name: str) -> Array:

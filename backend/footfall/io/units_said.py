@@ -23,7 +23,10 @@ _SAID = re.compile(
     rf"|\b(?:coordinates|dimensions|lengths|vertices|positions)(?: are)?(?: given)? in +{_UNIT}",
     re.IGNORECASE,
 )
-_OF_COLUMN = re.compile(r"\b[xyz] *[\[(] *([^\])]{1,20}?) *[\])]", re.IGNORECASE)
+_OF_COLUMN = re.compile(
+    r"\b(?:[xyz]|east(?:ing)?|north(?:ing)?|height|elev(?:ation)?|alt(?:itude)?|up) *[\[(] *([^\])]{1,20}?) *[\])]",
+    re.IGNORECASE,
+)
 _HEAD = 65536
 _TEXTS = (".xyz", ".csv", ".txt")
 
