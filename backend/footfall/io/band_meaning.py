@@ -1,4 +1,7 @@
-"""What a raster's first band says that it holds, by its description, unit and metadata: heights in metres, or not."""
+"""What a raster's first band says that it holds, by its description, unit and metadata: heights in metres, or not.
+
+GDAL takes what a NetCDF file says along into a GeoTIFF, as ``positive`` of the band and ``x#units`` of the file.
+"""
 
 import re
 
@@ -28,13 +31,22 @@ _ABOUT_HEIGHTS = re.compile(
 _METRES = re.compile(r"(?:m|met(?:re|er)s?)(?: *(?:a\.?s\.?l\.?|above\b.*|\(.*\)))?|", re.IGNORECASE)
 _NAMES = ("long_name", "standard_name", "description", "name", "band_name", "netcdf_varname", "grib_comment")
 _UNITS = ("units", "unit", "unittype", "grib_unit")
+_AXES = {"x", "y", "lon", "lat", "longitude", "latitude", "easting", "northing"}
+_ALONG = re.compile(r"(?:projection|grid)_[xy]_coordinate|(?:grid_)?(?:longitude|latitude)|[XY]")
 
 
 def check_band_is_of_heights(source: DatasetReader, name: str) -> None:
-    """Refuse a raster whose first band is said to be something else than heights in metres."""
+    """Refuse a raster whose first band is said to be something else than heights in metres, upwards."""
+    if source.crs is None:
+        _check_coordinates(source.tags(), name)
     tags = {key.lower(): said for key, said in source.tags(1).items()}
     for unit in (source.units[0], *(tags[key].strip(" []") for key in _UNITS if key in tags)):
         _check_unit(unit, name)
+    if tags.get("positive", "").strip().lower() == "down":
+        raise InvalidTerrain(
+            f"the heights of {name} are depths: it says that they count downwards (positive: down); turn their sign, "
+            "and take what it says of that out: gdal_calc.py -A … --calc=-A"
+        )
     which = "the band" if source.count == 1 else f"the first of {source.count} bands"
     own = [source.descriptions[0], *(tags[key] for key in _NAMES if key in tags)]
     whole = source.tags().get("TIFFTAG_IMAGEDESCRIPTION", "").strip()
@@ -54,6 +66,22 @@ def _check_unit(unit: str | None, name: str) -> None:
             f"the heights of {name} are in {unit!r}; bring them to metres, and the unit that the file states too",
             unit=unit,
         )
+
+
+def _check_coordinates(tags: dict[str, str], name: str) -> None:
+    """Refuse coordinates that NetCDF had in another unit than metres, where no coordinate system says what they are."""
+    for key, unit in tags.items():
+        axis, _, about = key.partition("#")
+        along = {tags.get(f"{axis}#{one}", "") for one in ("axis", "standard_name")}
+        if about != "units" or not (axis.lower() in _AXES or any(map(_ALONG.fullmatch, along))):
+            continue
+        if unit.strip() != "1" and not _METRES.fullmatch(unit.strip()):
+            raise InvalidTerrain(
+                f"the coordinates of {name} are in {unit!r}, as it says of {axis}, and no coordinate system says more; "
+                "bring them to metres, and take what it says of that out: gdal_translate -nomd -a_ullr WEST NORTH EAST "
+                "SOUTH …, or reproject it",
+                unit=unit,
+            )
 
 
 def _may_be_heights(about: str, sole: bool) -> bool:
