@@ -10,6 +10,7 @@ from numpy.typing import NDArray
 from rasterio.control import GroundControlPoint
 from rasterio.crs import CRS
 from rasterio.errors import NotGeoreferencedWarning
+from rasterio.shutil import copy
 from rasterio.transform import Affine
 
 from footfall.core.errors import InvalidTerrain
@@ -52,6 +53,38 @@ def test_a_mask_beside_hides_cells(tmp_path):
     found = read_terrain(path).heights[::-1]
     np.testing.assert_array_equal(np.isnan(found), hidden)
     np.testing.assert_array_equal(found[~hidden], HEIGHTS[~hidden])
+
+
+def test_the_mask_that_gdal_makes_of_an_isis_cube_is_heeded(tmp_path):
+    """It is of one band, not of all, and its flags are 0."""
+    hidden = HEIGHTS < 2.5
+    special = np.float32(-3.4028234663852886e38)  # of a saturated pixel, and not the no-data value
+    cube = np.where(hidden, special, HEIGHTS)
+    with rasterio.open(
+        tmp_path / "c.lbl",
+        "w",
+        driver="ISIS3",
+        width=COLS,
+        height=ROWS,
+        count=1,
+        dtype="float32",
+        crs=UTM,
+        transform=AT,
+    ) as target:
+        target.write(cube, 1)
+    copy(tmp_path / "c.lbl", tmp_path / "c.tif", driver="GTiff")
+    assert (tmp_path / "c.tif.msk").is_file()
+    with rasterio.open(tmp_path / "c.tif") as made:
+        assert made.mask_flag_enums == ([],)
+    np.testing.assert_array_equal(np.isnan(read_terrain(tmp_path / "c.tif").heights[::-1]), hidden)
+
+
+@pytest.mark.parametrize("nodata", [None, -1.0])
+def test_a_mask_beside_that_gdal_passes_over_is_refused_whatever_else_hides_cells(tmp_path, nodata):
+    path = geotiff(tmp_path / "m.tif", nodata=nodata)
+    geotiff(tmp_path / "m.tif.msk", (HEIGHTS < 2.5).astype(np.uint8))
+    with pytest.raises(InvalidTerrain, match=r"m\.tif\.msk is no mask .*lacks its flags"):
+        read_terrain(path)
 
 
 @pytest.mark.parametrize("made", [geotiff, asc])

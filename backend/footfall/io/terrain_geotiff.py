@@ -43,6 +43,9 @@ BANDS = (
 WITHIN = 0.05
 """Of "certainty" [m]."""
 
+_WITHOUT_MASK = {MaskFlags.all_valid, MaskFlags.nodata, MaskFlags.alpha}
+"""What GDAL says of a raster whose unknown cells it knows by other means than a mask."""
+
 SITE_CRS = 'LOCAL_CS["site",UNIT["metre",1],AXIS["East",EAST],AXIS["North",NORTH]]'
 
 
@@ -72,7 +75,8 @@ def read_raster(source: bytes | Path, name: str, resolution: float | None = None
 def _check_beside(source: DatasetReader, path: Path) -> None:
     """Refuse a mask and a place that lie beside a raster and that GDAL can't use: it says nothing of them."""
     mask = mask_beside(path)
-    if mask is not None and MaskFlags.per_dataset not in source.mask_flag_enums[0]:
+    # a mask of one band, as GDAL makes it of ISIS cubes, has no flag at all
+    if mask is not None and _WITHOUT_MASK & {*source.mask_flag_enums[0]}:
         raise InvalidTerrain(
             f"{mask.name} is no mask that {path.name} can be read with: it is damaged, or lacks its flags "
             "(INTERNAL_MASK_FLAGS_1=2); write it anew, or remove it",
