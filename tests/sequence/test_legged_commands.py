@@ -193,6 +193,32 @@ def test_f_prime_compiles_commands_of_three_joints_a_leg(sequence, tmp_path):
     assert sizes == {"FootFall.LegJoints": 3, "FootFall.Posture": 12}
 
 
+def test_f_prime_says_which_joints_slide_and_which_leg_is_which(made, sequence, tmp_path):
+    """The dictionary called all of them angles in rad."""
+    layout = made[0].layout
+    slid = replace(sequence, described=replace(layout, sliding=(layout.joints[1][2],)))
+    require_compiles(slid, tmp_path)
+    assert "Angles in rad, ways of joints that slide in m, durations in s" in export(slid, "fprime").decode()
+    document = json.loads(export(slid, "fprime-dictionary"))
+    assert {one["annotation"] for one in document["typeDefinitions"]} == {
+        "joint angles [rad], of joints that slide ways [m]"
+    }
+    said = {
+        one["name"]: {param["name"]: param["annotation"] for param in one["formalParams"]}
+        for one in document["commands"]
+    }
+    named = ", ".join(f"{number} {name}" for number, name in enumerate(layout.legs))
+    assert said["FootFall.LEG_MOVE"]["leg"] == f"leg, counted from 0: {named}"
+    first, second, slides = layout.joints[1]
+    of_leg = f"; leg 1 {layout.legs[1]}: {first} [rad], {second} [rad], {slides} [m]; leg 2 {layout.legs[2]}: "
+    assert of_leg in said["FootFall.LEG_MOVE"]["joints"]
+    assert said["FootFall.POSTURE_MOVE"]["joints"].count(" [m]") == 1
+    assert said["FootFall.POSTURE_MOVE"]["joints"].count(" [rad]") == 11
+    plain = export(sequence, "fprime-dictionary").decode()
+    assert "[m]" not in plain
+    assert " in m," not in export(sequence, "fprime").decode()
+
+
 def test_what_is_offered_can_be_exported_and_nothing_else(sequence):
     offered = formats_for(sequence)
     assert list(offered) == list(TITLES)

@@ -5,6 +5,7 @@ The compiler reads comments too (a line break would end one), so names from file
 """
 
 import json
+from collections.abc import Mapping
 
 from footfall.core.errors import InvalidSequence
 from footfall.core.json_object import JsonObject
@@ -37,7 +38,7 @@ def encode(sequence: Sequence, first_row: int = 1) -> bytes:
     }
     lines = [
         "; FootFall: compile with  fprime-seqgen --dictionary <its dictionary> <this file>",
-        "; Every command starts when the one before is done. Angles in rad, durations in s, forces in N.",
+        f"; Every command starts when the one before is done. {_units(sequence)}, durations in s, forces in N.",
         HEADER + json.dumps(values, allow_nan=False),
         *(_line(row, command) for row, command in enumerate(sequence.commands, first_row)),
     ]
@@ -53,7 +54,7 @@ def dictionary(sequence: Sequence) -> bytes:
     if len(counts) > 1:
         listed = ", ".join(map(str, sorted(counts)))
         raise InvalidSequence(f"an F Prime dictionary has one type for the joints of a leg; the legs have {listed}")
-    order = "" if sequence.described else f": {', '.join(LEG_JOINTS)}"
+    means, measured = _means(sequence), _measured(sequence)
     document = {
         "metadata": {
             "deploymentName": COMPONENT,
@@ -62,9 +63,12 @@ def dictionary(sequence: Sequence) -> bytes:
             "libraryVersions": [],
             "dictionarySpecVersion": "1.0.0",
         },
-        "typeDefinitions": [_array(_LEG_JOINTS, counts.pop()), _array(_POSTURE, len(sequence.start))],
+        "typeDefinitions": [
+            _array(_LEG_JOINTS, counts.pop(), measured),
+            _array(_POSTURE, len(sequence.start), measured),
+        ],
         "constants": [],
-        "commands": [_command(kind, order) for kind in KINDS.values()],
+        "commands": [_command(kind, means) for kind in KINDS.values()],
         "parameters": [],
         "events": [],
         "telemetryChannels": [],
@@ -87,14 +91,39 @@ def _named(qualified: str) -> dict[str, str]:
     return {"name": qualified, "kind": "qualifiedIdentifier"}
 
 
-def _array(qualified: str, size: int) -> JsonObject:
+def _units(sequence: Sequence) -> str:
+    return f"Angles in rad{', ways of joints that slide in m' if sequence.layout.sliding else ''}"
+
+
+def _measured(sequence: Sequence) -> str:
+    return f"joint angles [rad]{', of joints that slide ways [m]' if sequence.layout.sliding else ''}"
+
+
+def _means(sequence: Sequence) -> dict[Argument, str]:
+    """What arguments mean, where that depends on the robot: which legs it has, and which joints in which unit."""
+    layout = sequence.described
+    if layout is None:
+        return {LEG_ANGLES: f"{LEG_ANGLES.means}: {', '.join(LEG_JOINTS)}"}
+    legs = [f"{number} {name}" for number, name in enumerate(layout.legs)]
+    joints = [
+        ", ".join(f"{joint} [{'m' if joint in layout.sliding else 'rad'}]" for joint in own) for own in layout.joints
+    ]
+    of_legs = "; ".join(f"leg {leg}: {own}" for leg, own in zip(legs, joints, strict=True))
+    return {
+        LEG: f"{LEG.means}: {', '.join(legs)}",
+        LEG_ANGLES: f"targets of the joints of the leg; {of_legs}",
+        ALL_ANGLES: f"targets of all joints, leg by leg: {', '.join(joints)}",
+    }
+
+
+def _array(qualified: str, size: int, measured: str) -> JsonObject:
     return {
         "kind": "array",
         "qualifiedName": qualified,
         "size": size,
         "elementType": _F64,
         "default": [0.0] * size,
-        "annotation": "joint angles [rad]",
+        "annotation": measured,
     }
 
 
@@ -102,22 +131,21 @@ _TYPES = {LEG: _U8, LEG_ANGLES: _named(_LEG_JOINTS), ALL_ANGLES: _named(_POSTURE
 """Types of arguments that are no F64."""
 
 
-def _param(argument: Argument, order: str) -> JsonObject:
-    """order: of the joints of a leg, where all legs call them alike."""
+def _param(argument: Argument, means: Mapping[Argument, str]) -> JsonObject:
     return {
         "name": argument.name,
         "type": _TYPES.get(argument, _F64),
         "ref": False,
-        "annotation": argument.means + (order if argument is LEG_ANGLES else ""),
+        "annotation": means.get(argument, argument.means),
     }
 
 
-def _command(kind: CommandKind, order: str) -> JsonObject:
+def _command(kind: CommandKind, means: Mapping[Argument, str]) -> JsonObject:
     return {
         "name": f"{COMPONENT}.{kind.name}",
         "commandKind": "async",
         "opcode": 0x46460000 + kind.code,
         "annotation": kind.does,
-        "formalParams": [_param(argument, order) for argument in kind.arguments],
+        "formalParams": [_param(argument, means) for argument in kind.arguments],
         "queueFullBehavior": "assert",
     }
