@@ -26,6 +26,7 @@ from footfall.core.misread import Unreadable
 from footfall.core.written import number_of, require_no_utf16, require_plain_numbers
 from footfall.io import scan_text
 from footfall.io.las_projection import coordinate_system
+from footfall.io.other_formats import refuse_other_format
 from footfall.terrain.scan import Scan
 
 SCANS = (".pcd", ".las", ".laz", ".xyz", ".csv", ".txt", ".vtk")
@@ -43,6 +44,7 @@ MAX_COORDINATE = 1e8
 def read_scan(content: bytes, name: str) -> Scan:
     """The points of a file and what it declares of them. Raises InvalidTerrain saying what is wrong."""
     ending = Path(name).suffix.lower()
+    refuse_other_format(name)
     if ending not in _READERS:
         raise InvalidTerrain(f"{name} can't be a scan: its name must end in one of {', '.join(_READERS)}")
     if not content:

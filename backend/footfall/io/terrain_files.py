@@ -27,6 +27,7 @@ from footfall.core.errors import InvalidTerrain, NotFound
 from footfall.core.misread import Unreadable
 from footfall.core.written import require_no_utf16
 from footfall.io import terrain_grid_files, terrain_mesh_files, terrain_sidecars
+from footfall.io.other_formats import refuse_other_format
 from footfall.io.scan_files import SCANS
 from footfall.io.scan_terrain import is_scan, terrain_from_scan
 from footfall.io.terrain_place import in_projection, projection_of
@@ -95,7 +96,7 @@ def read_terrain(
         raise NotFound(f"there is no terrain file {path}", path=str(path))
     if path.stat().st_size > MAX_FILE_BYTES:
         raise InvalidTerrain(f"{path.name} has {path.stat().st_size} bytes, more than {MAX_FILE_BYTES} are refused")
-    _check_ending(path.suffix.lower(), path.name, READABLE)
+    _check_readable(path.name)
     ending = path.suffix.lower()
     projection = projection_of(path)
     by_gdal = _require_beside(path, ending)
@@ -156,7 +157,7 @@ def decode_terrain(
     by_path: where it lies, of a raster that is to be read with the files beside it. projection: that one of them says.
     """
     ending = Path(name).suffix.lower()
-    _check_ending(ending, name, READABLE)
+    _check_readable(name)
     _check_options(scale, resolution, most_error)
     if not content:
         raise InvalidTerrain(f"{name} is empty")
@@ -311,6 +312,11 @@ def _check_metres(dem: Dem) -> None:
         )
 
 
+def _check_readable(name: str) -> None:
+    refuse_other_format(name)
+    _check_ending(Path(name).suffix.lower(), name, READABLE)
+
+
 def _check_ending(ending: str, name: str, accepted: tuple[str, ...]) -> None:
     if ending not in accepted:
         raise InvalidTerrain(f"{name} can't be a terrain file: its name must end in one of {', '.join(accepted)}")
@@ -335,6 +341,10 @@ def _check_content_matches(content: bytes, ending: str, name: str) -> None:
         b"OFF": (".off", "an OFF mesh"),
         b"ncols": (".asc", "an ASCII grid"),
         b"%PDF": (".pdf", "a PDF"),
+        b"glTF": (".glb", "glTF"),
+        b"\x89HDF": (".h5", "HDF5 or NetCDF"),
+        b"CDF\x01": (".nc", "NetCDF"),
+        b"CDF\x02": (".nc", "NetCDF"),
     }
     for start, (true_ending, kind) in starts.items():
         if content[:5].lower().startswith(start.lower()) and true_ending != ending.replace(".tiff", ".tif"):

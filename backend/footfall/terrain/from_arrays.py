@@ -3,6 +3,7 @@
 import numpy as np
 from numpy.typing import ArrayLike
 
+from footfall.core.arrays import Array
 from footfall.core.errors import InvalidTerrain
 from footfall.core.grid import GridGeometry
 from footfall.core.value import Provenance
@@ -92,6 +93,19 @@ def check_fill(heights: ArrayLike, name: str) -> None:
             )
 
 
+def _check_no_radii(heights: Array, name: str) -> None:
+    """Raise InvalidTerrain where all heights lie as far as the surface of a planet from its centre."""
+    known = heights[np.isfinite(heights)]
+    if len(known) and known.min() > MAX_HEIGHT and np.ptp(known) < MAX_HEIGHT:
+        raise InvalidTerrain(
+            f"all heights of {name} are {known.min():.5e} to {known.max():.5e} m: they seem to be radii, from the "
+            "centre of a planet, or in another unit than metres; take the radius of a reference off, such as by "
+            "gdal_edit.py -offset 0 … where the file adds it",
+            least=float(known.min()),
+            most=float(known.max()),
+        )
+
+
 _FARTHEST_FILL = 50.0
 """Walls [m] that are higher, between two levels with nothing between them, are none of a rover's ground."""
 
@@ -147,6 +161,7 @@ def from_heights(
     with np.errstate(invalid="ignore"):
         beyond = np.abs(array) > MAX_HEIGHT
     if beyond.any():
+        _check_no_radii(array, name)
         raise InvalidTerrain(
             f"{int(beyond.sum())} heights lie beyond ±{MAX_HEIGHT:z.0f} m, such as {array[beyond][0]:g}; "
             "unknown cells must be NaN or the file's declared no-data value",
