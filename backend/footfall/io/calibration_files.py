@@ -12,10 +12,11 @@ from footfall.core.frames import inverse, transform
 from footfall.core.misread import Unreadable
 from footfall.core.written import utf8_of
 from footfall.io.image_files import LEVEL_FORWARD
+from footfall.io.other_calibrations import OWN, PAIRS, refuse_other_calibration
 from footfall.io.plain_yaml import parse_yaml
 from footfall.telemetry.calibration import CameraModel, PairCalibration
 
-FORMAT, VERSION = "footfall-calibration", 1
+FORMAT, VERSION = OWN, 1
 
 LONGEST_BASELINE = 5.0
 """[m]; a pair farther apart sees nothing of a rover's surroundings: its length is in millimetres or centimetres."""
@@ -37,6 +38,8 @@ def read_usable_calibrations(path: str | Path) -> tuple[dict[str, PairCalibratio
     Raises InvalidImages, naming the file, where it is no such file.
     """
     path = Path(path)
+    if FORMAT not in (text := calibration_text(path)):
+        refuse_other_calibration(text, path.name, PAIRS)
     raw = parsed_file(path)
     if raw.get("format") != FORMAT or raw.get("version") != VERSION:
         raise InvalidImages(f"{path.name}: needs `format: {FORMAT}` and `version: {VERSION}` (see docs/calibration.md)")

@@ -24,6 +24,7 @@ from footfall.io.calibration_files import (
     whole,
 )
 from footfall.io.image_files import LEVEL_FORWARD
+from footfall.io.other_calibrations import CAMERA_INFO, refuse_other_calibration
 from footfall.io.plain_yaml import parse_messages
 from footfall.telemetry.calibration import CameraModel, PairCalibration
 
@@ -217,6 +218,7 @@ class _Info:
 def _one_message(path: Path) -> dict[str, object]:
     """What a file says, once or in several messages that say the same of the camera."""
     text = calibration_text(path)
+    refuse_other_calibration(text, path.name, CAMERA_INFO)
     try:
         messages = parse_messages(text)
     except InvalidInput as err:

@@ -10,6 +10,7 @@ from footfall.core.misread import place_of
 from footfall.core.strict_json import read_json
 from footfall.io.calibration_files import require_plausible_baseline
 from footfall.io.image_files import read_pair
+from footfall.io.other_calibrations import PAIR, refuse_other_calibration
 from footfall.telemetry.images import ImagePair
 
 NEEDED = ("focal_length", "cx", "cy", "baseline")
@@ -34,6 +35,7 @@ def _read_object(path: Path) -> JsonObject:
     content = path.read_bytes()
     if len(content) > _MOST_BYTES:
         raise InvalidImages(f"{path.name} is too large for a calibration: {len(content)} bytes")
+    refuse_other_calibration(content.decode("utf-8", "replace"), path.name, PAIR)
     try:
         members = read_json(content)
     except (ValueError, RecursionError) as err:
