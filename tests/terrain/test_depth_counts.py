@@ -24,6 +24,32 @@ def test_counts_of_depth_that_were_turned_to_floats_are_counts():
             assert read_depth(held.getvalue(), "a.npz").points[:, 2].max() == far
 
 
+def packed(**arrays: Any) -> bytes:
+    held = io.BytesIO()
+    np.savez(held, depth=np.array([[1500.5, 1600.25], [0.0, 1700.0]]), fx=100.0, fy=100.0, cx=1.0, cy=1.0, **arrays)
+    return held.getvalue()
+
+
+def test_the_unit_that_depths_state_is_heeded():
+    """Millimetres of floats were metres."""
+    for said in ({"units": "mm"}, {"depth_unit": "MM"}):
+        with pytest.raises(InvalidTerrain, match=r"a\.npz says that its unit is 'mm', .*state depth_scale"):
+            read_depth(packed(**said), "a.npz")
+        scan = read_depth(packed(**said, depth_scale=0.001), "a.npz")
+        assert scan.points[:, 2].tolist() == pytest.approx([1.5005, 1.60025, 1.7])
+    assert read_depth(packed(unit="Metres"), "a.npz").points[:, 2].max() == 1700.0
+
+
+@pytest.mark.parametrize(
+    "said",
+    [{"mask": np.eye(2, dtype=bool)}, {"scale": 0.001}, {"Offset": 1.0}, {"nodata": 1600.25}, {"valid": np.eye(2)}],
+)
+def test_arrays_that_would_change_depths_are_refused_by_name(said):
+    with pytest.raises(InvalidTerrain, match=f"has an array {next(iter(said))}, which would be passed over"):
+        read_depth(packed(**said), "a.npz")
+    read_depth(packed(name="of May", time=1.0), "a.npz")
+
+
 def test_the_highest_count_of_16_bits_is_no_depth():
     """It was ground 65.5 m away."""
     depth = np.array([[1500, 65535], [1600, 1700]], np.uint16)

@@ -28,6 +28,10 @@ _HIGHEST = 65535
 """Count of 16 bits that stands for no depth, or for one beyond them."""
 _FAR = 100.0
 """Floats that are all whole, half of them above this, are counts: no depth image is of so many metres sharp."""
+_METRES = ("", "m", "metre", "metres", "meter", "meters")
+_UNITS = ("unit", "units", "depth_unit", "depth_units")
+_UNREAD = ("scale", "offset", "nodata", "no_data", "fill_value", "mask", "valid")
+"""Arrays of an ``.npz`` that would change what its depths mean."""
 MEMBERS = ("focal_length", "fx", "fy", "cx", "cy", "depth_scale")
 
 
@@ -38,8 +42,14 @@ def read_depth(content: bytes, name: str, calibration: Mapping[str, object] | No
     if unknown:
         raise InvalidTerrain(f"the calibration of {name} may have {', '.join(MEMBERS)}, not {', '.join(unknown)}")
     if name.lower().endswith(".npz"):
-        depth, own, whole = _npz(content, name)
+        depth, own, whole, unit = _npz(content, name)
         members = {**own, **members}
+        if unit not in _METRES and "depth_scale" not in members:
+            raise InvalidTerrain(
+                f"{name} says that its unit is {unit[:40]!r}, and would be read as metres; state depth_scale, the "
+                "metres of one",
+                unit=unit,
+            )
         # whole numbers are counts, as of a 16-bit image: no depth is measured in whole metres
         factor = float(_number(members, "depth_scale", name)) if whole or "depth_scale" in members else 1.0
     else:
@@ -64,17 +74,24 @@ def read_depth(content: bytes, name: str, calibration: Mapping[str, object] | No
     return scan_of(points, name, unit="m", camera=True)
 
 
-def _npz(content: bytes, name: str) -> tuple[Array, dict[str, object], bool]:
-    """Depth, what it says of the calibration, and whether the depths are whole numbers."""
+def _npz(content: bytes, name: str) -> tuple[Array, dict[str, object], bool, str]:
+    """Depth, what it says of the calibration, whether the depths are whole numbers, and the unit that it states."""
     try:
         with zipfile.ZipFile(io.BytesIO(content)) as packed:
             check_npz_size(packed, name)
         with np.load(io.BytesIO(content), allow_pickle=False) as archive:
             found = {one: archive[one] for one in ("depth", *MEMBERS) if one in archive.files}
+            units = [str(archive[one].item()) for one in archive.files if one.lower() in _UNITS]
+            unread = sorted(one for one in archive.files if one.lower() in _UNREAD)
     except MemoryError:
         raise
     except Exception as err:  # damaged archives raise whatever zip and numpy trip over
         raise InvalidTerrain(f"{name} is damaged, or no npz archive of arrays") from err
+    if unread:
+        raise InvalidTerrain(
+            f"{name} has an array {unread[0]}, which would be passed over; make depths without a value NaN or 0, scale "
+            "them by depth_scale alone, and leave it out"
+        )
     if "depth" not in found:
         raise InvalidTerrain(f"{name} has no array 'depth' (rows, cols) [m]")
     depth = found.pop("depth")
@@ -85,7 +102,7 @@ def _npz(content: bytes, name: str) -> tuple[Array, dict[str, object], bool]:
     counts = depth.astype(np.float64)
     if whole:
         counts[counts == _HIGHEST] = np.nan
-    return counts, own, whole
+    return counts, own, whole, units[0].strip().lower() if units else ""
 
 
 def _whole_floats(depth: Array) -> bool:
