@@ -14,10 +14,13 @@ from footfall.balance.balance_settings import GRAVITIES, GRAVITY
 from footfall.balance.legged_effort import effort_ratio
 from footfall.core.errors import InvalidInput
 from footfall.core.frames import apply, quat_wxyz, rotation_rpy, transform
+from footfall.io.urdf.read import read_urdf
 from footfall.planning.legged.problem import LeggedSettings
 from footfall.planning.legged.stand import stand
 from footfall.planning.legged.step import plan_step
 from footfall.planning.legged.walk import THIN
+from footfall.robot.legged.find_legs import legged_model
+from footfall.robot.legged.legged_robot import LeggedRobot
 from footfall.robot.legged.posture import placed
 from footfall.sim.physics.legged_model import ARMATURE_TIME, SERVO_GIVE, TICK, assumed_stiffness, build_legged
 from footfall.sim.physics.legged_referee import REST, LeggedBody, legged_referee
@@ -26,6 +29,8 @@ from footfall.sim.physics.physics_settings import PhysicsSettings
 from footfall.terrain.from_arrays import from_heights
 from footfall.terrain.generate import fractal, plane
 from tests.support.described import robot_of, sprung
+from tests.support.urdf import written
+from tests.support.walkers import ring
 
 LEG = 1
 MOON = GRAVITIES["moon"]
@@ -87,6 +92,17 @@ def test_masses_and_inertias_are_those_that_pin_reads_from_the_urdf(name):
         np.testing.assert_allclose(found - np.diag(motors), expected, atol=1e-6)
         where = placed(robot, q)
         np.testing.assert_allclose(data.geom_xpos[physics.soles], apply(T_SITE_BASE, where.soles), atol=1e-9)
+
+
+@pytest.mark.parametrize(("old", "name"), [("base", "world"), ("l1_coxa", "sole"), ("l1_yaw", "free")])
+def test_any_names_of_links_and_joints_can_be_simulated(old, name, tmp_path):
+    path = written(tmp_path, ring(4).replace(f'"{old}"', f'"{name}"'))
+    robot = LeggedRobot(legged_model(read_urdf(path)))
+    assert name in (*robot.body_names, *robot.joint_names)
+    named, plain = (
+        build_legged(one, plane(2.0, 0.1), PhysicsSettings()).model.body_mass for one in (robot, robot_of(4)[1])
+    )
+    np.testing.assert_array_equal(named, plain)
 
 
 def test_what_no_urdf_says_is_told():

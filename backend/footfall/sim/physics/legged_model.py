@@ -91,13 +91,15 @@ def build_legged(robot: LeggedRobot, dem: Dem, settings: PhysicsSettings) -> Leg
 
 
 def _sole(leg: int) -> str:
-    return f"sole {leg}"
+    """Name of its geom, without a space: those of bodies' shapes have one."""
+    return f"sole_{leg}"
 
 
 def _bodies(spec: mujoco.MjSpec, robot: LeggedRobot, stiffness: Array) -> list[mujoco.MjsBody]:
     """The base, free in the air, and what each joint moves, in the robot's order."""
-    bodies = [spec.worldbody.add_body(name=robot.body_names[0])]
-    bodies[0].add_freejoint(name="free")
+    # without names: what the description calls its links and joints may be taken ("world" is MuJoCo's own)
+    bodies = [spec.worldbody.add_body()]
+    bodies[0].add_freejoint()
     for leg in robot.legs:
         for number, joint in enumerate(range(robot.slices[leg].start, robot.slices[leg].stop)):
             carrier = bodies[robot.parents[1 + joint]]
@@ -193,7 +195,7 @@ def _moving(
     """What a leg's joint moves, under a position servo that damps too."""
     joint, limb = robot.slices[leg].start + number, robot.limbs[leg].limb
     T, name = robot.pin_model.jointPlacements[1 + joint], robot.joint_names[joint]
-    body = carrier.add_body(name=robot.body_names[1 + joint], pos=T.translation, quat=quat_wxyz(T.rotation))
+    body = carrier.add_body(pos=T.translation, quat=quat_wxyz(T.rotation))
     body.add_joint(
         name=name,
         type=mujoco.mjtJoint.mjJNT_SLIDE if limb.slides[number] else mujoco.mjtJoint.mjJNT_HINGE,
