@@ -36,7 +36,9 @@ LOOP = (
         ('<?xml version="1.0" encoding="klingon"?><robot/>', "not readable XML"),
         ("<sdf/>", "<robot> would be right"),
         ('<robot xmlns:xacro="http://www.ros.org/wiki/xacro"><xacro:leg/></robot>', "expand it first"),
-        ("<robot name='r'/>", "one root link"),
+        ('<robot xmlns:xacro="http://ros.org/wiki/xacro"><link name="a"/><xacro:leg/></robot>', "expand it first"),
+        ('<robot xmlns:x="http://wiki.ros.org/xacro"><link name="a"/><x:leg/></robot>', "expand it first"),
+        ("<robot name='r'/>", "r has no link"),
     ],
 )
 def test_files_that_are_no_plain_urdf_are_refused(tmp_path, text, told):

@@ -16,7 +16,8 @@ from footfall.io.urdf.safe_xml import parse
 from footfall.io.urdf.shapes import box, cylinder, read_mesh, sphere
 from footfall.robot.legged.tree import JOINT_KINDS, RobotTree, TreeJoint, TreeLink, TreeShape
 
-XACRO = "http://www.ros.org/wiki/xacro"
+XACRO = "xacro}"
+"""How the namespaces of xacro end, of which there are several: http://ros.org/wiki/xacro, http://wiki.ros.org/xacro."""
 
 
 def read_urdf(path: str | Path, folders: Sequence[str | Path] = ()) -> RobotTree:
@@ -160,8 +161,10 @@ def _tree(name: str, links: list[TreeLink], joints: list[TreeJoint]) -> RobotTre
     by_name = {link.name: link for link in links}
     carried = _carried(name, by_name, joints)
     _check_mimics(name, joints)
+    if not links:
+        raise InvalidRobot(f"{name} has no link, so there is no robot in it")
     roots = [link for link in links if link.name not in carried]
-    if len(roots) != 1 or not links:
+    if len(roots) != 1:
         names = ", ".join(link.name for link in roots) or "none: its joints go round in a cycle"
         raise InvalidRobot(f"{name}: a robot has one root link, this one has {names}")
     ordered, reached = [], [roots[0].name]
