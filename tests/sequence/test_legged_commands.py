@@ -23,13 +23,16 @@ from footfall.robot.legged.find_legs import legged_model
 from footfall.robot.legged.legged_robot import LeggedRobot
 from footfall.robot.legged.posture import placed
 from footfall.robot.legged.touching import touching
+from footfall.sequence import legged_passage
 from footfall.sequence.commands import Command, Sequence, by_leg, leg_lower, posture_move, wait
-from footfall.sequence.of_legged import RAMP, ramped
-from footfall.sequence.sequence_settings import SequenceSettings
+from footfall.sequence.of_legged import RAMP, legged_sequence, ramped
+from footfall.sequence.predict import FARTHEST
+from footfall.sequence.sequence_settings import COARSEST, SequenceSettings
 from footfall.telemetry.joint_layout import JointLayout
 from footfall.terrain.generate import fractal
 from tests.io.test_export_fprime import require_compiles
 from tests.io.test_export_ros2 import messages
+from tests.support.described import sprung
 from tests.support.legged_recheck import Recheck, faults
 from tests.support.robot_data import described
 from tests.support.sequences import bits, require_same_commands
@@ -295,6 +298,28 @@ def test_a_row_that_goes_to_degrees_breaks_its_limits(made, sequence, far):
     turned[0] = far
     command = posture_move(turned, 1e3, "")
     assert (0, "joint-limits") in failing(made, (command,))
+
+
+@pytest.mark.parametrize("far", [40.0, 1e9])
+def test_springs_are_not_followed_to_degrees(made, far, monkeypatch):
+    robot, dem, state, _, step = made
+    sags = sprung(robot, 300.0)
+    followed = legged_passage.gives_way_to
+
+    def no_farther(robot, dem, set_points, before, stood, down):
+        assert np.abs(set_points - before.set_points).max() <= FARTHEST
+        return followed(robot, dem, set_points, before, stood, down)
+
+    monkeypatch.setattr(legged_passage, "gives_way_to", no_farther)
+    lifted = step.start[robot.slices[1]] - (0.0, 0.1, 0.0)
+    rows = (
+        Command("LEG_MOVE", 1, np.add(lifted, (0.0, 0.0, far)), 1e3),
+        Command("LEG_MOVE", 2, step.start[robot.slices[2]], 1e3),
+        Command("LEG_MOVE", 1, lifted, 1e3),
+    )
+    found = legged_sequence(sags, rows, state.q, state.T_site_base, dem, SequenceSettings(sample=COARSEST), {})
+    assert (0, "joint-limits") in {(one.row, one.rule) for one in found.failures}
+    np.testing.assert_array_equal(found.predicted[:2], [state.q, state.q])
 
 
 def test_a_real_robot_steps_by_commands_of_its_own_joints():

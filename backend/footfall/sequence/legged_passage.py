@@ -19,6 +19,7 @@ from footfall.robot.legged.legged_robot import LeggedRobot
 from footfall.robot.legged.posture import placed
 from footfall.sequence.commands import AtRest, Command
 from footfall.sequence.passage import fitted
+from footfall.sequence.predict import FARTHEST
 from footfall.terrain.dem import Dem
 
 FEWEST_FEET = 3
@@ -86,7 +87,7 @@ def legged_passages(
         at_rest: how it stands before the first, where it sags; None: it is rigid.
 
     Returns:
-        One for each row.
+        One for each row; a robot that sags stays where it is in one that goes farther than FARTHEST.
     """
     rows: list[LeggedPassage] = []
     posture, T = np.asarray(start, float), np.asarray(T_site_base, float)
@@ -105,7 +106,9 @@ def legged_passages(
         down = [leg for leg in robot.legs if np.isfinite(stood.soles[leg]).all() and leg != command.leg]
         feet = Feet(tuple(down), stood.contacts.copy(), stood.normals.copy())
         began, after, T_after, fell = stood.soles.copy(), asked, T, False
-        if sprung is not None:
+        if sprung is not None and np.abs(asked - sprung.set_points).max() > FARTHEST:
+            after = posture  # springs are followed in small steps, which would have no end
+        elif sprung is not None:
             found = None if rows and rows[-1].fell else gives_way_to(robot, dem, asked, sprung, stood, down)
             fell = found is None
             if found is not None:

@@ -112,11 +112,11 @@ def _row_rules(robot: LeggedRobot, row: int, command: Command, before: Array) ->
 
 def _too_far(robot: LeggedRobot, row: int, passage: LeggedPassage) -> RuleResult | None:
     """The rule of limits broken by a row that goes farther than FARTHEST: its samples would have no end."""
-    travel = np.abs(passage.after - passage.before)
-    most = int(np.argmax(travel))
-    if travel[most] <= FARTHEST:
+    ways = np.abs(passage.asked - passage.set_points)
+    most = int(np.argmax(ways))
+    if ways[most] <= FARTHEST:
         return None
-    name, far = robot.joint_names[most], float(travel[most])
+    name, far = robot.joint_names[most], float(ways[most])
     unit, guess = ("m", "") if name in robot.layout.sliding else ("rad", ": were these degrees?")
     text = f"{name} moves by {far:z.6g} {unit}, {FARTHEST:z.1f} {unit} at most in one row{guess}"
     return RuleResult(RULES["limits"], row, False, np.nan, unit, text)
