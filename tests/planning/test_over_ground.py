@@ -4,11 +4,13 @@ import numpy as np
 import pytest
 
 from footfall.io.any_robot import load_legged
-from footfall.planning.legged.over_ground import Surfaces
+from footfall.planning.legged.over_ground import FINEST, Surfaces
+from footfall.robot.legged.legged_robot import LeggedRobot
 from footfall.robot.legged.posture import placed
 from footfall.terrain.from_arrays import from_heights
 from footfall.terrain.generate import fractal
 from footfall.terrain.ground.surface import height_at
+from tests.support.described import robot_of
 
 AMBLER = load_legged("ambler")
 
@@ -56,3 +58,10 @@ def test_over_unknown_ground_nothing_is_told():
     where, T = placed(AMBLER, (AMBLER.lower + AMBLER.upper) / 2), np.eye(4)
     T[:3, 3] = 1.5, 0.0, 2.2
     assert np.isnan(Surfaces(AMBLER).lowest(dem, where, T).height)
+
+
+def test_points_are_no_nearer_to_each_other_than_a_share_of_the_leg():
+    model, length = robot_of(4)[1].model, robot_of(4)[1].length
+    surfaces = [Surfaces(LeggedRobot(model, clearances={"ground": one})) for one in (0.0, 1e-4, FINEST * length)]
+    counts = [sum(map(len, one._points)) for one in surfaces]
+    assert counts[0] == counts[1] == counts[2]

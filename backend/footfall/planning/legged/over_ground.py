@@ -14,6 +14,9 @@ from footfall.terrain.dem import Dem
 
 NEAR_SOLE = 2.0
 """Clearances around a sole within which a body may be nearer to the ground: there the foot stands."""
+FINEST = 0.005
+"""Share of the longest leg that points are apart at least, whatever the clearance: samples of a motion are farther
+apart, and at a millimetre a large robot's points fill the memory."""
 
 
 class Lowest(NamedTuple):
@@ -25,11 +28,11 @@ class Lowest(NamedTuple):
 
 
 class Surfaces:
-    """Points all over the bodies' surfaces, every place of which is within a clearance of one of them."""
+    """Points all over the bodies' surfaces: every place is within a clearance of one, or FINEST where that is more."""
 
     def __init__(self, robot: LeggedRobot) -> None:
         self.clearance = robot.clearances["ground"]
-        spacing = max(self.clearance, 1e-3)
+        spacing = max(self.clearance, FINEST * robot.length, 1e-3)
         self._points = [
             np.concatenate([_points(mesh, spacing) for mesh in shapes]) if shapes else np.zeros((0, 3))
             for shapes in robot.shapes
