@@ -145,6 +145,28 @@ def test_three_to_twelve_legs_are_taken(tmp_path, count):
     assert len(legged_model(read_urdf(path)).legs) == count
 
 
+@pytest.mark.parametrize("up", [0.3, 0.58, 0.64, 1.0])
+def test_a_root_on_the_ground_is_told(tmp_path, up):
+    footprint = f'<link name="footprint"/>{joint("up", "footprint", "base", f"0 0 {up}", "fixed")}</robot>'
+    tree = read_urdf(written(tmp_path, quadruped(lambda text: text.replace("</robot>", footprint))))
+    told = f"the frame of the root link footprint lies {up:.2f} m below it"
+    if up < 0.315:
+        assert [one.doubt for one in legged_model(tree).legs] == [""] * 4
+    elif up < 0.63:
+        assert all(told in one.doubt for one in legged_model(tree).legs)
+    else:
+        with pytest.raises(InvalidRobot, match=f"it does not reach below the base; {told}"):
+            legged_model(tree)
+
+
+def test_a_number_in_a_name_is_the_legs_own_or_none(tmp_path):
+    for first, names in ((0, ["0", "1", "2"]), (1, ["n1_foot", "n2_foot", "n3_foot"])):
+        legs = "".join(leg(f"n{first + i}", np.cos(2 * i), np.sin(2 * i)) for i in range(3))
+        base = link("base", 9, "<geometry><sphere radius='0.2'/></geometry>")
+        model = legged_model(read_urdf(written(tmp_path, f'<robot name="star">{base}{legs}</robot>')))
+        assert [one.name for one in model.legs] == names
+
+
 def test_unlike_legs_are_in_groups_of_their_own(tmp_path):
     def longer(text: str) -> str:
         for name in ("LH", "RH"):

@@ -20,11 +20,15 @@ DOUBTFUL = 0.15
 
 @dataclass(frozen=True)
 class _Limb:
-    """A chain of moving joints from the base to one end; lowest: height of its last body's lowest point [m]."""
+    """A chain of moving joints from the base to one end.
+
+    lowest: height of its last body's lowest point, begins: of its first joint [m].
+    """
 
     joints: tuple[TreeJoint, ...]
     forks: bool
     lowest: float
+    begins: float
 
 
 def legged_model(tree: RobotTree) -> LeggedModel:
@@ -48,11 +52,17 @@ def legged_model(tree: RobotTree) -> LeggedModel:
             why = "it does not reach below the base"
         elif not why and above > HIGH:
             why = f"its end stays {limb.lowest - ground:z.2f} m above the lowest"
-        if why:
-            left_out[f"{limb.joints[0].name} … {limb.joints[-1].name}"] = why
-            continue
         doubt = f"its end is {limb.lowest - ground:z.3f} m above the lowest foot" if above > DOUBTFUL else ""
-        legs.append(_leg(tree, limb, Ts_root_link, doubt))
+        low = ""
+        if limb.lowest < limb.begins and limb.begins > -ground:
+            low = (
+                f"the frame of the root link {tree.root} lies {limb.begins:z.2f} m below it: where that is the ground, "
+                "as base_footprint is, take the link out, so that the chassis is the root"
+            )
+        if why:
+            left_out[f"{limb.joints[0].name} … {limb.joints[-1].name}"] = "; ".join(filter(None, (why, low)))
+            continue
+        legs.append(_leg(tree, limb, Ts_root_link, "; ".join(filter(None, (doubt, low)))))
     return LeggedModel(tree, tree.root, grouped(tree, _named(legs)), left_out)
 
 
@@ -119,7 +129,8 @@ def _limb(tree: RobotTree, first: TreeJoint, Ts_root_link: dict[str, Array]) -> 
             break
         forks = forks or len(onward) > 1
         joints.append(max(onward, key=lambda joint: _length(tree, joint)))
-    return _Limb(tuple(joints), forks, _lowest(tree, joints[-1].child, Ts_root_link))
+    lowest = _lowest(tree, joints[-1].child, Ts_root_link)
+    return _Limb(tuple(joints), forks, lowest, float(Ts_root_link[first.child][2, 3]))
 
 
 def _length(tree: RobotTree, joint: TreeJoint) -> int:
@@ -152,11 +163,15 @@ def _leg(tree: RobotTree, limb: _Limb, Ts_root_link: dict[str, Array], doubt: st
 
 
 def _named(legs: list[LegChain]) -> list[LegChain]:
-    """Legs called by what their foot links don't share: LF_FOOT, RF_FOOT and so on are LF, RF and so on."""
+    """Legs called by what their foot links don't share: LF_FOOT, RF_FOOT and so on are LF, RF and so on.
+
+    Where that is another number than the leg's own (wheel_1 of leg 0), names are those of the foot links.
+    """
     feet = [leg.foot for leg in legs]
     begin, end = _shared(feet), _shared([foot[::-1] for foot in feet])
     short = [foot[begin : len(foot) - end].strip("_-. ") for foot in feet]
-    names = short if all(short) and len(set(short)) == len(short) else feet
+    misleading = any(name.isdecimal() and name != str(leg) for leg, name in enumerate(short))
+    names = short if all(short) and len(set(short)) == len(short) and not misleading else feet
     return [
         LegChain(name, leg.joints, leg.foot, leg.sole, leg.group, leg.doubt)
         for name, leg in zip(names, legs, strict=True)
