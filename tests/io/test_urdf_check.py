@@ -4,8 +4,10 @@ import re
 
 import pytest
 
+from footfall.io.any_robot import load_legged
 from footfall.io.urdf.examine import examine
 from footfall.robot.legged.finding import Grade
+from tests.support.proposed import edited, proposed
 from tests.support.urdf import FOOT, INERTIA, LIMIT, link, quadruped, replaced, written
 from tests.support.walkers import ring
 
@@ -105,6 +107,13 @@ def test_a_robot_of_two_joints_a_leg_is_good_but_for_walking(tmp_path):
             replaced("0.7 0.3 0.1", "700 300 100"),
         ),
         (DOUBTFUL, "mesh size", "base", "7 m large", replaced("0.7 0.3 0.1", "7 3 1")),
+        (
+            DOUBTFUL,
+            "mesh size",
+            "base",
+            "cone.obj is 6e-05 m large, and the joints reach 0.961 m: scaled twice",
+            replaced('<box size="0.7 0.3 0.1"/>', '<mesh filename="cone.obj" scale="0.001 0.001 0.001"/>'),
+        ),
         (UNUSABLE, "legs", "base", "2 legs, and 3 to 12", without_legs("LF", "RF")),
         (UNUSABLE, "legs", "base", "no joint that moves", without_legs("LF", "RF", "LH", "RH")),
         (
@@ -184,3 +193,27 @@ def test_mirrored_limits_are_the_same(tmp_path, upper, grade):
         written(tmp_path, plain.replace('<limit lower="-0.5" upper="1" effort="40" velocity="8"/>', mirrored, 1))
     )
     assert {one.grade for one in findings if one.check_name == "symmetry"} == {grade}
+
+
+ROD = (
+    '<link name="rod"/><joint name="l0_rod" type="revolute"><parent link="l0_thigh"/><child link="rod"/>'
+    '<axis xyz="0 1 0"/><limit lower="-3" upper="3" effort="1" velocity="1"/><mimic joint="l0_knee"/></joint></robot>'
+)
+
+
+def test_what_follows_a_leg_beside_its_chain_is_told(tmp_path):
+    path = proposed(tmp_path, ring(4))
+    written(tmp_path, ring(4).replace("</robot>", ROD))
+    (found,) = [one for one in examine(path) if one.check_name == "mimic"]
+    assert (found.grade, found.where) == (DOUBTFUL, "l0_rod")
+    assert "it follows l0_knee of leg 0 beside its chain" in found.text
+    assert "l0_rod" not in load_legged(path).joint_names
+
+
+def test_a_leg_whose_name_is_another_number_is_told(tmp_path):
+    path = proposed(tmp_path, ring(4))
+    assert [one.grade for one in examine(path) if one.check_name == "legs"] == [GOOD]
+    edited(path, 'name = "3"', 'name = "7"')
+    (told,) = [one for one in examine(path) if one.check_name == "legs" and one.grade is DOUBTFUL]
+    assert told.where == "7"
+    assert "it is leg 3" in told.text

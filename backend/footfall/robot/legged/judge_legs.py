@@ -23,10 +23,15 @@ def judge_legs(model: LeggedModel) -> tuple[Finding, ...]:
     groups = " + ".join(str(len(group)) for group in model.groups())
     found = [good("legs", f"{len(model.legs)} legs, alike in groups of {groups}")]
     found += [doubtful("legs", leg.name, leg.doubt) for leg in model.legs if leg.doubt]
+    found += [
+        doubtful("legs", leg.name, f"its name is a number, and it is leg {number}: commands, pages and --leg say so")
+        for number, leg in enumerate(model.legs)
+        if leg.name.isdecimal() and leg.name != str(number)
+    ]
     checks = (
         ("feet", _feet(model), "every foot has a shape, and its frame lies at it"),
         ("collision", _shapes(model), "every part of every leg has a collision shape"),
-        ("mimic", _mimics(model), "every joint of every leg moves by itself"),
+        ("mimic", [*_mimics(model), *_followers(model)], "every joint of every leg moves by itself"),
         ("symmetry", _asymmetries(model), "legs of a group are the same"),
         ("walking", _unable(model), "every leg can walk"),
     )
@@ -101,6 +106,20 @@ def _mimics(model: LeggedModel) -> Iterator[Finding]:
                 yield unusable("mimic", name, f"it follows {leader}, which is no joint of leg {leg.name}")
             elif leader:
                 yield doubtful("mimic", name, f"it follows {leader}, so leg {leg.name} has one free joint fewer")
+
+
+def _followers(model: LeggedModel) -> Iterator[Finding]:
+    """Joints beside a leg's chain that follow one of it, such as rods along a shank: only chains move."""
+    moved = {name: leg.name for leg in model.legs for name in leg.joints}
+    for joint in model.tree.joints:
+        leader = joint
+        while leader.mimic:
+            leader = model.tree.joint(leader.mimic)
+        if joint.mimic and joint.moves and joint.name not in moved and leader.name in moved:
+            text = (
+                f"it follows {leader.name} of leg {moved[leader.name]} beside its chain, and is held as at zero of that"
+            )
+            yield doubtful("mimic", joint.name, text)
 
 
 def _unable(model: LeggedModel) -> Iterator[Finding]:

@@ -17,6 +17,8 @@ POINT_RADIUS = 1e-4
 ROUNDING = 1e-12
 LARGE_MESH, HUGE_MESH = 5.0, 50.0
 """A mesh this many times as large as the robot's joints are apart is doubtful, or in another unit than metres."""
+SMALL_MESH = 1 / 300
+"""One this small is doubtful, too: scaled twice, it keeps nothing from hitting."""
 
 
 def judge_tree(tree: RobotTree) -> tuple[Finding, ...]:
@@ -165,12 +167,15 @@ def _sizes(tree: RobotTree) -> Iterator[Finding]:
     for link in tree.links:
         for shape in link.shapes:
             ratio = float(shape.size.max()) / length
-            if ratio <= LARGE_MESH:
+            small = shape.kind == "mesh" and ratio < SMALL_MESH
+            if ratio <= LARGE_MESH and not small:
                 continue
             size = (
                 f"{shape.source or shape.kind} is {shape.size.max():.3g} m large, and the joints reach {length:.3g} m"
             )
-            if ratio > HUGE_MESH:
+            if small:
+                yield doubtful("mesh size", link.name, f"{size}: scaled twice? So small it keeps nothing from hitting")
+            elif ratio > HUGE_MESH:
                 yield unusable(
                     "mesh size", link.name, f'{size}: in millimetres? scale="0.001 0.001 0.001" would be right'
                 )
