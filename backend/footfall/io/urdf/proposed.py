@@ -7,6 +7,7 @@ from pathlib import Path
 
 import numpy as np
 
+from footfall.core.arrays import Array
 from footfall.core.errors import InvalidRobot, NotFound
 from footfall.core.misread import Unreadable, place_of
 from footfall.core.written import utf8_of
@@ -23,6 +24,8 @@ TOP = "name urdf packages base mass_check joints payload cameras legs postures c
 JOINT, PAYLOAD = "lower upper effort velocity stiffness", "name link mass center"
 LIMITS = frozenset({"lower", "upper"})
 LEG = "name foot joints group sole center radius width axis polygon"
+SHORTEST, ROUNDED = 1e-6, 1e-5
+"""Of a direction: shorter is none, and nearer to one is one."""
 
 
 @dataclass(frozen=True)
@@ -56,6 +59,7 @@ def read_proposed(path: str | Path) -> Proposed:
     table.only(TOP)
     folders = [path.parent / folder for folder in table.texts("packages")]
     tree = _with_joints(read_urdf(path.parent / table.text("urdf"), folders), table)
+    tree = replace(tree, name=table.text("name") if "name" in table else tree.name)
     if table.text("base") != tree.root:
         raise InvalidRobot(f"base is {table.text('base')!r}, and the root link of the URDF is {tree.root!r}")
     mass = table.number("mass_check")
@@ -145,13 +149,22 @@ def _sole(table: Table) -> Sole:
     given = {
         "radius": table.number("radius") if "radius" in needs else 0.0,
         "width": table.number("width") if "width" in needs else 0.0,
-        "axis": table.numbers("axis", 3) if "axis" in needs else np.zeros(3),
+        "axis": _direction(table) if "axis" in needs else np.zeros(3),
         "polygon": table.corners("polygon") if "polygon" in needs else np.zeros((0, 3)),
     }
     for key in ("radius", "width"):
         if key in needs and not given[key] > 0:
             raise InvalidRobot(f"{table.where}.{key} must be above zero [m]")
     return Sole(kind, table.numbers("center", 3), **given)
+
+
+def _direction(table: Table) -> Array:
+    """The axis, one long; one that was rounded stays as it is written. Raises InvalidRobot for one without length."""
+    axis = table.numbers("axis", 3)
+    length = float(np.linalg.norm(axis))
+    if not length > SHORTEST:
+        raise InvalidRobot(f"{table.where}.axis is {axis.tolist()}; a direction would be right")
+    return axis if abs(length - 1.0) < ROUNDED else axis / length
 
 
 def _posture(table: Table) -> dict[str, float]:

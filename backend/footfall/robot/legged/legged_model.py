@@ -56,7 +56,7 @@ class LegChain(Value):
 class LeggedModel(Value):
     """base: first link of the chassis. legs that have one group are built alike. left_out: limb → why it is no leg.
 
-    Raises InvalidRobot for fewer than three legs or more than twelve, and for names that two legs have.
+    Raises InvalidRobot for fewer than three legs or more than twelve, and for names or joints that two legs have.
     """
 
     tree: RobotTree
@@ -65,7 +65,7 @@ class LeggedModel(Value):
     left_out: Mapping[str, str]
 
     def check(self) -> None:
-        """Raises InvalidRobot for too few or too many legs, with why limbs were left out, and for a name used twice."""
+        """Raises InvalidRobot for too few or too many legs, saying why limbs were left out, and what two legs share."""
         if not FEWEST_LEGS <= len(self.legs) <= MOST_LEGS:
             others = "; ".join(f"{limb}: {why}" for limb, why in self.left_out.items())
             legs = "1 leg" if len(self.legs) == 1 else f"{len(self.legs)} legs"
@@ -78,6 +78,12 @@ class LeggedModel(Value):
         names = [leg.name for leg in self.legs]
         if len(set(names)) != len(names):
             raise InvalidRobot(f"{self.tree.name}: two legs have one name", names=names)
+        owners: dict[str, str] = {}
+        for leg in self.legs:
+            for joint in leg.joints:
+                if joint in owners:
+                    raise InvalidRobot(f"{self.tree.name}: legs {owners[joint]} and {leg.name} both have joint {joint}")
+                owners[joint] = leg.name
 
     def groups(self) -> tuple[tuple[LegChain, ...], ...]:
         """Legs that are built alike, together."""
