@@ -18,6 +18,8 @@ from footfall.planning.legged.problem import LeggedResult
 from footfall.planning.route.problem import RouteResult, settings_by_leg
 from footfall.robot.legged.legged_robot import LeggedRobot
 from footfall.robot.model import Robot
+from footfall.session.jobs.local import InlineJobs
+from footfall.session.registry import Sessions
 from footfall.terrain.generate import plane
 from tests.support.command_line import run
 from tests.support.urdf import written
@@ -33,6 +35,15 @@ def described(tmp_path_factory):
     run("robot", "init", written(folder, ring(6)), "--samples", 20)
     write_terrain(plane(4.0, 0.1), folder / "level.tif")
     return folder
+
+
+def test_what_takes_athletes_legs_alone_says_so_of_a_session(described, tmp_path):
+    bundle = tmp_path / "own.zip"
+    with Sessions(tmp_path / "kept", jobs=InlineJobs()) as sessions:
+        bundle.write_bytes(sessions.create("own", described / "robot.toml").export_bundle())
+    for asked in (["export", bundle, "--page"], ["referee", bundle, "--terrain", described / "level.tif"]):
+        refused = run(*asked, code=2).stderr
+        assert "this takes ATHLETE's legs alone, and the session is about ring" in refused
 
 
 def test_a_robot_of_your_own_walks(described):

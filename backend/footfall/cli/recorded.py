@@ -19,9 +19,11 @@ from footfall.planning.step.problem import PlanResult
 from footfall.planning.walk.problem import WalkResult
 from footfall.planning.walk_execution.problem import WalkExecutionResult
 from footfall.robot.description import RobotDescription
+from footfall.robot.legged.legged_model import DescribedRobot
 from footfall.robot.legged.legged_robot import LeggedRobot
 from footfall.robot.model import Robot
 from footfall.sequence.commands import Sequence
+from footfall.session.described_robots import athletes_alone
 from footfall.session.log.event import event_of, loaded_world
 from footfall.session.log.fold import fold_all
 from footfall.session.storage.store import read_session
@@ -57,7 +59,10 @@ class RecordedSession:
         return self.get(digest, kind, kind.__name__)
 
     def robot(self) -> Robot:
-        """The robot that the session is about."""
+        """The robot that the session is about. Raises InvalidInput where others described it."""
+        about = self.get(self.state.robot, Value, "robot")
+        if isinstance(about, DescribedRobot):
+            raise athletes_alone(about.name)
         return Robot(self.get(self.state.robot, RobotDescription, "robot"))
 
     def world(self) -> Dem:
