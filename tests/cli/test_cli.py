@@ -67,6 +67,11 @@ def test_errors_are_one_line_and_exit_code_2(tmp_path):
     assert "missing.tif" in error["message"]
 
 
+def test_a_sample_beside_a_session_is_refused(tmp_path):
+    result = run("serve", "--sample", "rappel", "--session", "none-such", "--port", 0, "--data", tmp_path, code=2)
+    assert "--sample opens a copy of a sample" in result.stderr
+
+
 def test_serve_says_why_it_stays_on_this_computer(tmp_path):
     result = run("serve", "--host", "0.0.0.0", "--data", tmp_path, code=2)
     assert "without accounts FootFall serves this computer alone" in result.stderr

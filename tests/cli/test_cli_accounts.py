@@ -66,6 +66,16 @@ def test_serve_wants_the_accounts_it_was_told_of(tmp_path):
     assert (result.exit_code, "accounts add" in result.stderr) == (2, True)
 
 
+def test_serve_says_that_foxglove_asks_for_no_login_though_there_are_accounts(tmp_path, monkeypatch):
+    monkeypatch.setenv("HOME", str(tmp_path))
+    monkeypatch.setattr("footfall_ui.app.serve", lambda *_, on_ready, **__: on_ready("http://127.0.0.1:1"))
+    (tmp_path / "kept").mkdir()
+    asked = ["serve", "--data", "~/kept", "--foxglove", "8765"]
+    assert "login" not in CliRunner().invoke(app, asked).stdout
+    run(Path("~/kept"), "add", "ada", "--role", "admin", given=PASSWORD)
+    assert "it asks for no login" in CliRunner().invoke(app, asked).stdout
+
+
 @pytest.fixture
 def certificate(tmp_path) -> tuple[Path, Path]:
     openssl = shutil.which("openssl")

@@ -37,6 +37,12 @@ def described(tmp_path_factory):
     return folder
 
 
+def test_what_says_nothing_of_its_server_is_refused(described, tmp_path):
+    own = ["serve", "--robot", described / "robot.toml", "--terrain", described / LEVEL, "--data", tmp_path]
+    assert "--sample opens a copy of a sample" in run(*own, "--sample", "rock-step", code=2).stderr
+    assert "the rover of a robot of your own is kinematic" in run(*own, "--physics", code=2).stderr
+
+
 def test_what_takes_athletes_legs_alone_says_so_of_a_session(described, tmp_path):
     bundle = tmp_path / "own.zip"
     with Sessions(tmp_path / "kept", jobs=InlineJobs()) as sessions:

@@ -6,6 +6,7 @@ from typing import Annotated
 
 import typer
 
+from footfall.cli import terminal
 from footfall.cli.legged import SERVED, served_robot
 from footfall.cli.sessions import DEFAULT_DATA, Data
 from footfall.cli.terminal import RobotName
@@ -14,6 +15,7 @@ from footfall.core.errors import InvalidInput
 
 
 def serve(
+    context: typer.Context,
     host: Annotated[
         str, typer.Option(help="Name or address to listen on; others than loopback need accounts and TLS.")
     ] = "127.0.0.1",
@@ -80,6 +82,10 @@ def serve(
     if session is not None and robot != SERVED:
         raise InvalidInput("a session has its own robot: leave out --session or --robot")
     described = served_robot(robot, terrain, sim)
+    if session is not None or described is not None:
+        terminal.refuse_typed(context, ["sample"], "opens a copy of a sample; leave it out, or --session and --robot")
+    if described is not None and physics:
+        terminal.refuse_typed(context, ["physics"], "is for ATHLETE: the rover of a robot of your own is kinematic")
     with none_while_loading():
         from footfall.logs import start_logging
         from footfall.session.rover.light_time import LightTime
@@ -98,7 +104,7 @@ def serve(
         if foxglove:
             from footfall.session.access.account_stores import has_accounts
 
-            login = "; it asks for no login: whoever is on this machine may look" if has_accounts(data) else ""
+            login = "; it asks for no login: whoever is on this machine may look" if has_accounts(folder) else ""
             typer.echo(f"Foxglove may connect to ws://127.0.0.1:{foxglove}{login}")
         sys.stdout.flush()
 
