@@ -12,6 +12,7 @@ from footfall.core.errors import InvalidInput
 from footfall.planning import watch
 from footfall.planning.answers import Status
 from footfall.planning.body.body_shift import BodyShift
+from footfall.planning.execution.execution_settings import ExecutionSettings
 from footfall.planning.motion import BODY
 from footfall.planning.walk import smooth
 from footfall.planning.walk.problem import Place, WalkGoal, WalkResult, WalkSettings
@@ -170,6 +171,8 @@ def test_in_a_what_if_a_walk_starts_from_there(live):
 
 def test_a_walk_becomes_commands_that_replay_and_are_edited(live):
     found = walked(live, NEAR)
+    with pytest.raises(InvalidInput, match=r"a walk take no settings of sag: .* foot moves"):
+        live.sequences.make(found.digest, ExecutionSettings(mode="droop_aware"))
     digest = live.sequences.make(found.digest)
     made = live.get(digest)
     assert made.valid, [(rule.rule, rule.row, rule.text) for rule in made.failures]

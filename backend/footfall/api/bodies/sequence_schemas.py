@@ -15,12 +15,13 @@ Row = Annotated[int, Field(ge=0, le=10**6), FromNumber]
 
 
 class NewSequence(Strictly):
-    """Make commands of a plan: digest of a planned step, of a move of the chassis or of a queue, null for the latest
-    step.
+    """Make commands of a plan: digest of a planned step, of a move of the chassis, of a queue or of a walk, null for
+    the latest step.
 
     execution: of an execution instead, by digest; ``current`` is that of the present plan. A step is commanded with the
     pose held, or as ``settings`` say, and a move of the chassis or a queue with the pose held, where it is known how
-    the rover sags; as_commanded: as it was planned all the same, where it ends not predicted.
+    the rover sags; as_commanded: as it was planned all the same, where it ends not predicted. A walk is commanded as if
+    the rover were rigid, without settings.
     """
 
     model_config = ConfigDict(

@@ -9,7 +9,7 @@ from footfall.sequence.commands import Sequence
 from footfall.session.core import SessionCore, present
 from footfall.session.jobs.requests import ExportRequest, ImportRequest
 from footfall.session.products.executions import Executions
-from footfall.session.products.kinds import COMMANDED, EDIT, EXPORT, FOOT_MOVES, IMPORT, SEQUENCE
+from footfall.session.products.kinds import COMMANDED, EDIT, EXPORT, FOOT_MOVES, IMPORT, SEQUENCE, WALK
 from footfall.session.products.stances import Stances
 from footfall.session.products.terrains import SHORT_JOB
 
@@ -38,6 +38,11 @@ class Sequences:
         if as_commanded and settings is not None:
             raise InvalidInput(
                 "commands as planned predict no sag, so they take no settings of it: leave out one of them"
+            )
+        if settings is not None and not kind.executed_by:
+            instead = ", or make those of its foot moves" if kind is WALK else ""
+            raise InvalidInput(
+                f"commands of a {kind.name.replace('_', ' ')} take no settings of sag: leave them out{instead}"
             )
         for_sag = kind.executed_by and not as_commanded and self._executions.way_of_commands().mode != "rigid"
         if for_sag and getattr(self._core.get(plan), "plan", None) is not None:
