@@ -7,6 +7,7 @@ import json
 import subprocess
 import sys
 import threading
+from contextlib import closing
 
 import numpy as np
 import pytest
@@ -20,10 +21,13 @@ from websockets.typing import Subprotocol
 from footfall.cli import app
 from footfall.core.errors import Conflict, InvalidInput
 from footfall.core.frames import transform
+from footfall.io.account_store import FILE
 from footfall.io.link_images import decode_images, encode_images
 from footfall.io.recordings import MEASURED
 from footfall.io.recordings.reading import Recording
 from footfall.io.recordings.writing import RecordingWriter
+from footfall.session.access.accounts import Accounts
+from footfall.session.access.identity import Identity, Role
 from footfall.session.replay.recordings import replay_recording
 from footfall.sim import player as players
 from footfall.sim.player import Playback, Player
@@ -283,6 +287,22 @@ def test_a_second_rover_is_told_to_the_player(plain, tmp_path, monkeypatch):
         socket.send(encode(HelloMessage("athlete", 6)))
         with pytest.raises(Conflict, match="without another rover"):
             asyncio.run(play(plain, recording).run())
+
+
+def test_a_server_with_accounts_wants_a_rovers_token_of_the_player(tmp_path, monkeypatch):
+    monkeypatch.setattr(players, "PATIENCE", 0.3)
+    path = tmp_path / "a.mcap"
+    recorded(moving_frames(3), path)
+    with closing(Accounts(tmp_path / FILE)) as accounts:
+        token = accounts.add_token("player", None, Identity("boss", Role.ADMIN, "command line"))
+        with running_server(tmp_path / "kept", accounts=accounts, prepare=lambda s: s.create("guarded")) as guarded:
+            command = ["play", str(path), "--url", link_of(guarded), "--rate", "100", "--json"]
+            refused = CliRunner().invoke(app, command)
+            assert (refused.exit_code, "HTTP 403" in refused.stderr) == (2, True), refused.output
+            monkeypatch.setenv("FOOTFALL_ROVER_TOKEN", token)
+            played = CliRunner().invoke(app, command)
+    assert played.exit_code == 0, played.output
+    assert json.loads(played.stdout)["played"]["frames"] == 3
 
 
 def test_a_server_that_leaves_is_told_even_while_paused(tmp_path):

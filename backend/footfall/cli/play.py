@@ -24,16 +24,21 @@ def run_play(
     control: Annotated[
         bool, typer.Option("--control", help="Read lines from stdin: pause, go, seek SECONDS, rate FACTOR.")
     ] = False,
+    certificate: Annotated[Path | None, typer.Option(help="PEM file of the server's own certificate.")] = None,
     as_json: Json = False,
 ) -> None:
-    """Play a recording into a server, as the rover that it is of; commands are refused, a stop pauses it."""
+    """Play a recording into a server, as the rover that it is of; commands are refused, a stop pauses it.
+
+    FOOTFALL_ROVER_TOKEN is its token, where the server has accounts.
+    """
     from footfall.io.recordings.reading import Recording
+    from footfall.sim.door import door_options
     from footfall.sim.player import Playback, Player
 
     read = Recording(recording)
     if start > read.duration:
         raise InvalidInput(f"{recording.name} lasts {read.duration:z.1f} s; --from {start:g} is behind its end")
-    played = asyncio.run(_play(Player(url, read, Playback(rate, start)), control))
+    played = asyncio.run(_play(Player(url, read, Playback(rate, start), door_options(url, certificate)), control))
     if as_json:
         terminal.show({"played": played, "recorded": read.counts})
     else:

@@ -18,6 +18,7 @@ from websockets.typing import Subprotocol
 from footfall.core.errors import Conflict, InvalidInput, InvalidTelemetry
 from footfall.io.recordings.reading import Recording, Said
 from footfall.io.ros2_messages import NS
+from footfall.sim.door import DoorOptions
 from footfall.telemetry.link import (
     MAX_TEXT_FRAME,
     SUBPROTOCOL,
@@ -121,11 +122,13 @@ class Player:
     """Plays one recording; :meth:`run` ends with it. All of it in one event loop.
 
     The server takes a frame that is older by number and time than the one before for a straggler. So the player
-    connects anew where the recording, or a seek, goes back: a rover that connects may begin anew.
+    connects anew where the recording, or a seek, goes back: a rover that connects may begin anew. door: how it opens
+    that of the server.
     """
 
-    def __init__(self, url: str, recording: Recording, playback: Playback) -> None:
+    def __init__(self, url: str, recording: Recording, playback: Playback, door: DoorOptions | None = None) -> None:
         self._url = url
+        self._door: DoorOptions = door or {}
         self._recording = recording
         self._playback = playback
         self._changed = asyncio.Event()
@@ -184,6 +187,7 @@ class Player:
                     compression=None,
                     max_size=MAX_TEXT_FRAME,
                     proxy=None,
+                    **self._door,
                 )
             except (OSError, TimeoutError, WebSocketException) as err:
                 if time.monotonic() > end:
