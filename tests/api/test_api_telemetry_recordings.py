@@ -36,6 +36,7 @@ from footfall.telemetry.link import SUBPROTOCOL, HelloMessage, encode
 from footfall.telemetry.state import TelemetryFrame
 from tests.support.frames import JOINTS, digests, moving_frames
 from tests.support.server import Running, running_server
+from tests.support.undeclared import undeclared
 from tests.support.waiting import BOUND, until
 
 COMMAND = [sys.executable, "-c", "from footfall.cli import main; main()", "play"]
@@ -108,6 +109,8 @@ def test_record_download_and_play_into_a_second_session(plain, tmp_path):
     (one,) = listed(plain, first.id)
     assert one["finished"] is True
     assert (one["frames"], one["gaps"], one["restarts"], one["dropped"]) == (57, 3, 0, 0)
+    document = plain.app.openapi()
+    assert undeclared(one, document["components"]["schemas"]["TelemetryFile"], document) == []
     with plain.client() as client:
         answer = client.get(f"/sessions/{first.id}/recordings/{one['name']}")
         assert answer.headers["content-disposition"] == f'attachment; filename="{one["name"]}"'

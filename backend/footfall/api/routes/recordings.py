@@ -46,7 +46,11 @@ class RecordedList(TypedDict):
 
 
 class TelemetryFile(TypedDict):
-    """One MCAP file; what it holds is told once it is finished."""
+    """One MCAP file; what it holds is told once it is finished.
+
+    frames: of telemetry; gaps: missing between them, by their numbers; restarts: how often counting began anew;
+    dropped: what could not be written in time.
+    """
 
     name: str
     finished: bool
@@ -56,6 +60,10 @@ class TelemetryFile(TypedDict):
     start: NotRequired[float]
     duration_s: NotRequired[float]
     messages: NotRequired[int]
+    frames: NotRequired[int]
+    gaps: NotRequired[int]
+    restarts: NotRequired[int]
+    dropped: NotRequired[int]
 
 
 class TelemetryFiles(TypedDict):
