@@ -78,8 +78,8 @@ class WalkLoopOrder(Strictly):
     by default merged into the map there is. pairs: cameras that are asked for images, null: all. farthest: how far
     ahead a walk is planned at once [m]. route: how the route is planned that it follows, anew before each walk, {} for
     what is usual; null: it goes straight on. choose_by: how each piece is gone: `planner`, the walk planner always;
-    `gaits`, a wave where all of its checks hold, else the walk planner; `table`, as the learned table has it that the
-    server was started with.
+    `gaits`, a wave where all of its checks hold, else the walk planner; `table`, as a learned table has it: the one
+    that the server was started with, else ATHLETE's own.
     """
 
     model_config = _examples(

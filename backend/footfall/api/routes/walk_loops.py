@@ -69,9 +69,9 @@ class WayChosenAnswer(TypedDict):
 
 
 class WalkLoopAnswer(TypedDict):
-    """The latest walk in a closed loop. act: what was decided last (`go`, `look`, `replan`, `stop`, `arrived`), for the
-    `reason` given; outcome: of one that has ended. part: of the walk that is planned, which is next or under way;
-    waits_for: what has to come first. foot_moves: parts of walks carried out; decided: how often each was. limits,
+    """The latest walk in a closed loop. act: what was decided last (`go`, `look`, `lift`, `replan`, `stop`, `arrived`),
+    for the `reason` given; outcome: of one that has ended. part: of the walk that is planned, which is next or under
+    way; waits_for: what has to come first. foot_moves: parts of walks carried out; decided: how often each was. limits,
     farthest, choose_by: as it was begun with. planners: how often each was asked; chosen: how the latest piece is gone.
     """
 
