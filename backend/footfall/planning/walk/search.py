@@ -10,6 +10,7 @@ import heapq
 import math
 from collections import Counter
 from dataclasses import dataclass, field
+from functools import cached_property
 
 import numpy as np
 from numpy.typing import NDArray
@@ -162,6 +163,12 @@ class Search:
             self._expand(reached)
         return None
 
+    @cached_property
+    def _come_to(self) -> list[NDArray[np.int64]]:
+        """Of each leg the footfalls that it may ever stand on."""
+        settings, feet = self.world.settings, self.start.stance.contacts
+        return [steps_onto(leg, reach, self.places, feet[leg, :2], settings) for leg, reach in enumerate(self._reaches)]
+
     def out_of_reach(self) -> tuple[int, float] | None:
         """A leg that comes to no footfall on which it stands with the chassis at the goal.
 
@@ -169,8 +176,7 @@ class Search:
         stance ends the search, whatever is tried.
         """
         end, worst = self.guide.length, None
-        for leg, reach in enumerate(self._reaches):
-            free = steps_onto(leg, reach, self.places, self.start.stance.contacts[leg, :2], self.world.settings)
+        for leg, (reach, free) in enumerate(zip(self._reaches, self._come_to, strict=True)):
             low = np.append(reach.low[free], self.nearest.low[leg])
             high = np.append(reach.high[free], self.nearest.high[leg])
             left = end - float(high.max())
@@ -183,13 +189,9 @@ class Search:
 
         Nor is it found whatever is tried; None where every pinned place is come to.
         """
-        settings, places = self.world.settings, self.places
-        come_to = [
-            steps_onto(leg, reach, places, self.start.stance.contacts[leg, :2], settings)
-            for leg, reach in enumerate(self._reaches)
-        ]
-        for pin, place in enumerate(settings.pinned):
-            rows = np.concatenate([own for leg, own in enumerate(come_to) if place.leg in (None, leg)])
+        places = self.places
+        for pin, place in enumerate(self.world.settings.pinned):
+            rows = np.concatenate([own for leg, own in enumerate(self._come_to) if place.leg in (None, leg)])
             if not (places.pinned[rows] == pin).any():
                 away = np.hypot(*(places.contacts[rows, :2] - (place.x, place.y)).T)
                 return pin, float(away.min(initial=np.inf))
