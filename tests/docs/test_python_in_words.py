@@ -76,6 +76,12 @@ def takes(function: Any, call: ast.Call) -> bool:
     return False
 
 
+def alone(pattern: str) -> set[tuple[str, str]]:
+    """What stands in backticks by itself and is like that, and in which document."""
+    found = ((span, document.name) for document in DOCUMENTS for span in spans(document.read_text("utf-8")))
+    return {(span, name) for span, name in found if re.fullmatch(pattern, span)}
+
+
 def test_what_footfall_is_said_to_have_is_there() -> None:
     named = {
         (name.removesuffix(".py"), document.name)
@@ -117,12 +123,7 @@ def test_classes_have_the_fields_that_are_named() -> None:
 
 
 def test_classes_that_are_named_alone_are_there() -> None:
-    named = {
-        (span, document.name)
-        for document in DOCUMENTS
-        for span in spans(document.read_text("utf-8"))
-        if re.fullmatch(rf"[A-Z]\w*(?:{'|'.join(NAMED_FOR)})", span)
-    }
+    named = alone(rf"[A-Z]\w*(?:{'|'.join(NAMED_FOR)})")
     assert len(named) > 3
     assert sorted(one for one in named if one[0] not in classes()) == []
 
@@ -134,11 +135,6 @@ def test_names_with_an_underscore_are_in_the_sources() -> None:
         for path in (ROOT / folder).rglob("*.[pj][ys]")
     ]
     known = {word for path in sources for word in re.findall(r"\w+", path.read_text("utf-8"))}
-    named = {
-        (span, document.name)
-        for document in DOCUMENTS
-        for span in spans(document.read_text("utf-8"))
-        if re.fullmatch(r"[a-z]+(?:_[a-z]+)+", span)
-    }
+    named = alone(r"[a-z]+(?:_[a-z]+)+")
     assert len(named) > 100
     assert sorted(one for one in named if one[0] not in known | OF_OTHERS) == []
