@@ -12,10 +12,11 @@ import footfall
 from footfall.core.errors import InvalidInput
 from footfall.planning.choice.choice_settings import ChoiceSettings
 from footfall.planning.choice.ground_layers import features_at, ground_of, offset_of
-from footfall.planning.choice.iteration import iterate, onto_of
+from footfall.planning.choice.iteration import Plan, iterate, onto_of
 from footfall.planning.choice.reward import Came
 from footfall.planning.choice.state import Features
 from footfall.robot.model import Robot
+from footfall.telemetry.state import RobotState
 from footfall.terrain.dem import Dem
 from training.grounds import ground, part_of
 
@@ -67,10 +68,18 @@ def robot() -> Robot:
     return footfall.load_robot("athlete")
 
 
-def walked(seed: int, metres: float, choose: Choose, settings: ChoiceSettings, of: Dem | None = None) -> Route:
+def walked(
+    seed: int,
+    metres: float,
+    choose: Choose,
+    settings: ChoiceSettings,
+    of: Dem | None = None,
+    went: Callable[[RobotState, Plan], None] | None = None,
+) -> Route:
     """The route of so many metres over the ground of a seed, or over a part ``of`` a map.
 
-    choose: one of ACTIONS by what is seen. Raises InvalidInput where the map is too small.
+    choose: one of ACTIONS by what is seen. went: is told each plan by which it goes, and the state from which. Raises
+    InvalidInput where the map is too small.
     """
     dem = ground(seed, metres) if of is None else part_of(of, seed, metres)
     goal = np.array([0.5 * metres, 0.0])
@@ -90,6 +99,8 @@ def walked(seed: int, metres: float, choose: Choose, settings: ChoiceSettings, o
         action, begun = choose(features), time.process_time()
         done = iterate(robot(), dem, state, action, goal, settings, number, offset_of(action, features))
         planning += time.process_time() - begun
+        if went is not None and done.plan is not None:
+            went(state, done.plan)
         state, refused = done.state, refused + 1 if done.came.refused else 0
         onto = onto_of(state, goal, settings.ahead)
         after = features_at(seen_ground, state.T_site_base, onto, action, done.came.refused)
