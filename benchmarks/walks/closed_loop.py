@@ -1,7 +1,9 @@
 """Walks in a closed loop over rocks, nothing known of the ground but images, carried out by the rover in physics.
 
 ``python -m benchmarks.walks.closed_loop --walks 1 --metres 1`` prints what was decided, a row for each walk, and how
-many arrived. Images are ray cast on the processor, which takes most of the time: ``--scale`` makes them smaller.
+many arrived. Images are ray cast on the processor, which takes most of the time: ``--scale`` makes them smaller. With
+``--kinematic`` the simulated rover walks: it moves as commanded, and tips where no forces of its feet hold it up; it
+neither slips nor runs into anything.
 """
 
 import argparse
@@ -24,6 +26,7 @@ from benchmarks.scenes import robot
 from benchmarks.walks.diary import Diary
 from footfall.core.errors import FootFallError, InvalidInput
 from footfall.planning.choice.onward import CHOOSERS, PLANNER
+from footfall.planning.route.problem import RouteSettings
 from footfall.planning.walk.problem import WalkGoal, WalkSettings
 from footfall.planning.walk_execution.decision import WayOnSettings
 from footfall.sequence.commands import Sequence
@@ -36,6 +39,7 @@ from footfall.sim.physics.physics_settings import TIME_STEP, PhysicsSettings
 from footfall.sim.physics.rover import PhysicalRover
 from footfall.sim.physics.run_observer import RunObserver
 from footfall.sim.render import render_snapshot
+from footfall.sim.rover import SimulatedRover
 from footfall.telemetry.link import CommandMessage, ImageRequestMessage, QueryMessage, StopMessage, decode
 from footfall.terrain.dem import Dem
 from footfall.terrain.generate import rock_field
@@ -48,13 +52,18 @@ RESTS = 2.0
 PLACES = 8
 """Places to stand that are tried for one walk."""
 
+Rover = PhysicalRover | SimulatedRover
+
 
 class LinkedRover:
-    """A rover in physics at the end of a session's link, in a thread of its own, as fast as the machine lets it be."""
+    """A rover at the end of a session's link, in a thread of its own, as fast as the machine lets it be.
 
-    def __init__(self, live: LiveSession, rover: PhysicalRover, diary: Diary, seed: int, scale: float) -> None:
+    watch: sees what the rover in physics does; None of one that has none.
+    """
+
+    def __init__(self, live: LiveSession, rover: Rover, diary: Diary, seed: int, scale: float) -> None:
         self._live, self._rover, self._diary, self._seed, self._scale = live, rover, diary, seed, scale
-        self.watch = RunObserver(rover, {})
+        self.watch = RunObserver(rover, {}) if isinstance(rover, PhysicalRover) else None
         self._inbox: queue.Queue[str] = queue.Queue()
         self._closing = threading.Event()
         self._images = self._told = 0
@@ -82,7 +91,7 @@ class LinkedRover:
             if self._rover.mode == "moving":
                 moved_at = self._rover.time
             if self._rover.time - moved_at < RESTS:
-                with self._diary.rovers("physics", time.thread_time):
+                with self._diary.rovers("motion", time.thread_time):
                     self._goes_on()
             else:
                 self._closing.wait(PERIOD)
@@ -90,16 +99,18 @@ class LinkedRover:
             self._live.rover.take_telemetry(self._rover.frame())
 
     def _goes_on(self) -> None:
-        for _ in range(round(PERIOD / TIME_STEP)):
-            for said in self._rover.step(TIME_STEP):
+        step = TIME_STEP if self.watch else PERIOD
+        for _ in range(round(PERIOD / step)):
+            for said in self._rover.step(step):
                 self._live.rover.take_acknowledgement(said.id, said.state, said.reason, said.time)
-            self.watch.look()
+            if self.watch:
+                self.watch.look()
 
     def _hear(self, text: str) -> None:
         message, rover, live = decode(text), self._rover, self._live
         if isinstance(message, CommandMessage):
             sequence = live.get(message.sequence)
-            if isinstance(sequence, Sequence):
+            if self.watch and isinstance(sequence, Sequence):
                 swings = sequence.commands[message.row].phase == "swing"
                 self.watch.row(message.row, moved_legs(sequence)[message.row], swings)
             for said in rover.command(message):
@@ -124,7 +135,11 @@ class LinkedRover:
 @dataclass(frozen=True)
 class Walked:
     """What came of a walk. left: from where the chassis ended to the goal, seen from above [m]. contacts: that nobody
-    planned. slip: the most that a wheel slipped while it stood [m]. rover, clock: time it took [s]."""
+    planned. slip: the most that a wheel slipped while it stood [m]; drag: as it was put down. rover, clock: time it
+    took [s].
+
+    Of a rover without physics nobody knows contacts, 0 stands for them, slip and drag, which are NaN.
+    """
 
     number: int
     outcome: str
@@ -137,27 +152,38 @@ class Walked:
     tipped: bool
     contacts: int
     slip: float
+    drag: float
     rover: float
     clock: float
 
     def __str__(self) -> str:
+        known = (
+            f"unplanned contacts {self.contacts}, slip {1000 * self.slip:.1f} mm, dragged {1000 * self.drag:.1f} mm; "
+        )
+        known = known if np.isfinite(self.slip) else ""
         return (
             f"walk {self.number}: {self.outcome} ({self.reason}); went {self.metres:.2f} m, {self.left:.2f} m left; "
             f"{self.foot_moves} parts of walks, {self.looks} looks, {self.plans} plans; "
-            f"{'TIPPED, ' if self.tipped else ''}unplanned contacts {self.contacts}, slip {1000 * self.slip:.1f} mm; "
+            f"{'TIPPED; ' if self.tipped else ''}{known}"
             f"{self.rover:.0f} s of the rover, {self.clock:.0f} s by the clock"
         )
 
 
 def walked(
-    number: int, metres: float, settings: LoopSettings, scale: float, minutes: float, folder: Path | None
+    number: int,
+    metres: float,
+    settings: LoopSettings,
+    scale: float,
+    minutes: float,
+    folder: Path | None,
+    kinematic: bool = False,
 ) -> Walked:
     """One walk straight on, by its number, ended after so many minutes; its session is kept in ``folder``.
 
     Raises InvalidInput where the rover can stand in none of the places.
     """
     world = rock_field(size=metres + 12.0, resolution=0.04, abundance=0.03, smallest=0.1, largest=0.4, seed=number)
-    rover = _standing(world, -metres / 2.0)
+    rover = _standing(world, -metres / 2.0, kinematic)
     start = rover.T_site_base[:2, 3]
     goal = WalkGoal(float(start[0]) + metres, float(start[1]))
     began, at = time.perf_counter(), rover.time
@@ -173,6 +199,7 @@ def walked(
                 loop.wait()
         print(diary.in_words(loop.foot_moves), flush=True)
         there = rover.T_site_base[:2, 3]
+        watch = linked.watch
         return Walked(
             number=number,
             outcome=loop.outcome,
@@ -182,20 +209,24 @@ def walked(
             foot_moves=loop.foot_moves,
             looks=loop.decided["look"],
             plans=loop.decided["replan"],
-            tipped=bool(rover.fault),
-            contacts=len(linked.watch.contacts),
-            slip=float(linked.watch.slip.max()),
+            tipped=rover.mode == "fault",
+            contacts=len(watch.contacts) if watch else 0,
+            slip=float(watch.slip.max()) if watch else np.nan,
+            drag=float(watch.drag.max()) if watch else np.nan,
             rover=rover.time - at,
             clock=time.perf_counter() - began,
         )
 
 
-def _standing(world: Dem, x: float) -> PhysicalRover:
+def _standing(world: Dem, x: float, kinematic: bool) -> Rover:
     reason = ""
     for place in range(PLACES):
         try:
             stood = footfall.stand(robot(), world, x + 0.1 * place, 0.0, 0.0)
-            return at_rest(robot(), world, replace(stood, time=time.time()), PhysicsSettings())
+            stood = replace(stood, time=time.time())
+            if kinematic:
+                return SimulatedRover(robot(), world, stood)
+            return at_rest(robot(), world, stood, PhysicsSettings())
         except InvalidInput as error:
             reason = error.message
     raise InvalidInput(f"the rover can stand in none of {PLACES} places: {reason}")
@@ -213,6 +244,8 @@ def main() -> None:
     parser.add_argument("--scale", type=float, default=0.5, help="of the cameras' resolution")
     parser.add_argument("--time-limit", type=float, default=60.0, help="of one plan [s]")
     parser.add_argument("--choose-by", choices=tuple(CHOOSERS), default=PLANNER, help="how each piece is gone")
+    parser.add_argument("--along", action="store_true", help="go along a route, planned anew before each walk")
+    parser.add_argument("--kinematic", action="store_true", help="the rover has no physics")
     parser.add_argument("--pairs", nargs="*", help="cameras that take images; all where none is named")
     asked = parser.parse_args()
     settings = LoopSettings(
@@ -221,16 +254,20 @@ def main() -> None:
         terrain=TerrainSettings(resolution=0.04, keep=True),
         pairs=None if asked.pairs is None else tuple(asked.pairs),
         choose_by=asked.choose_by,
+        route=RouteSettings() if asked.along else None,
     )
     found = []
     for number in range(asked.first, asked.first + asked.walks):
-        found.append(walked(number, asked.metres, settings, asked.scale, asked.minutes, asked.keep))
+        found.append(
+            walked(number, asked.metres, settings, asked.scale, asked.minutes, asked.keep, kinematic=asked.kinematic)
+        )
         print(found[-1], flush=True)
-    print(
-        f"{sum(one.outcome == 'arrived' for one in found)} of {len(found)} arrived, {sum(one.tipped for one in found)} "
-        f"tipped, {sum(one.contacts for one in found)} unplanned contacts, slip at most "
-        f"{1000 * max(one.slip for one in found):.1f} mm"
-    )
+    arrived, tipped = sum(one.outcome == "arrived" for one in found), sum(one.tipped for one in found)
+    print(f"{arrived} of {len(found)} arrived, {tipped} tipped")
+    if not asked.kinematic:
+        contacts = sum(one.contacts for one in found)
+        slip, drag = 1000 * max(one.slip for one in found), 1000 * max(one.drag for one in found)
+        print(f"{contacts} unplanned contacts, slip at most {slip:.1f} mm, dragged as they were put down {drag:.1f} mm")
 
 
 if __name__ == "__main__":

@@ -8,8 +8,9 @@ from typing import Any
 
 from footfall.session.live import LiveSession
 from footfall.sim.physics.rover import PhysicalRover
+from footfall.sim.rover import SimulatedRover
 
-BY_ROVER = ("images", "physics")
+BY_ROVER = ("images", "motion")
 BY_ACT = {"look": "map", "lift": "map", "replan": "plan", "go": "execution"}
 """Decision → the part that counts for all that the rover itself does not take until the next."""
 
@@ -20,7 +21,7 @@ class Diary:
     costs: part → processor time so far [s].
     """
 
-    def __init__(self, live: LiveSession, rover: PhysicalRover) -> None:
+    def __init__(self, live: LiveSession, rover: PhysicalRover | SimulatedRover) -> None:
         self._live, self._rover = live, rover
         self.costs: defaultdict[str, float] = defaultdict(float)
         self._began, self._since = time.perf_counter(), time.process_time()

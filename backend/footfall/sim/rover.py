@@ -75,6 +75,11 @@ class SimulatedRover(OrderedRover[Robot]):
         return self._clock
 
     @property
+    def T_site_base(self) -> Array:
+        """Pose of the chassis (4, 4)."""
+        return self._T_site_base
+
+    @property
     def fault(self) -> str:
         """Why it is in mode "fault"."""
         return "its feet can't hold it up"
