@@ -7,12 +7,13 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 from scipy.sparse.csgraph import connected_components
+from shapely import LineString, Point
 
 from footfall.core.frames import apply, inverse, transform
 from footfall.core.value import Provenance
 from footfall.planning.answers import Status
 from footfall.planning.body.stand import stand
-from footfall.planning.route.problem import Route, RouteResult
+from footfall.planning.route.problem import Corridor, NoGo, Route, RouteResult, RouteSettings
 from footfall.planning.walk.choices import way_ahead
 from footfall.planning.walk.footfalls import unknown_away
 from footfall.planning.walk.legs_kernel import pose_of
@@ -217,6 +218,42 @@ def test_a_goal_on_a_route_lies_as_far_along_it_and_the_route_goes_where_the_rov
     assert isinstance(straight, Stage)
     assert isinstance(staged, Stage)
     assert straight.goal.digest == staged.goal.digest
+
+
+@pytest.mark.parametrize(
+    "keeps",
+    [
+        RouteSettings(no_go=(NoGo(0.5, 0.5, 0.3),)),
+        RouteSettings(corridors=(Corridor(0.0, 0.0, 0.0, 1.0, 0.25), Corridor(0.0, 1.0, 2.0, 1.0, 0.3))),
+    ],
+    ids=["no-go", "corridors"],
+)
+def test_the_straight_way_to_a_goal_on_a_route_keeps_off_what_the_route_keeps_off(athlete, ground, stood, keeps):
+    way = np.array([(0.0, 0.0), (0.0, 1.0), (2.0, 1.0)])
+    at_origin = replace(stood, T_site_base=transform(np.eye(3), (0.0, 0.0, stood.T_site_base[2, 3])))
+
+    def first(keeps, farthest=1.5):
+        routed = RouteResult(Status.FOUND, Route(way, 3.0, NOWHERE), "", (2.0, 1.0), NOWHERE)
+        found = next_goal(athlete, ground, at_origin, WalkGoal(2.0, 1.0), farthest, AS_FOUND, lambda _: routed, keeps)
+        assert isinstance(found, Stage)
+        return found
+
+    def cuts_in(x):
+        straight = LineString([(0.0, 0.0), (x, 1.0)])
+        if keeps.no_go:
+            return straight.distance(Point(0.5, 0.5)) < 0.3
+        legs = (LineString(way[:2]).buffer(0.25, 64), LineString(way[1:]).buffer(0.3, 64))
+        return not straight.within(legs[0].union(legs[1]).buffer(1e-3))
+
+    assert cuts_in(first(None).goal.x)
+    found = first(keeps)
+    assert found.goal.y == pytest.approx(1.0)
+    assert found.goal.x > 0.2
+    assert not cuts_in(found.goal.x)
+    assert cuts_in(found.goal.x + 0.1)
+    assert "leads through a no-go area or out of the corridors" in found.short
+    # where the rover stands in such ground already, it is led out of it
+    assert first(RouteSettings(no_go=(NoGo(0.0, 0.0, 0.3),))).goal.digest == first(None).goal.digest
 
 
 def test_where_a_goal_that_is_known_is_cut_off_no_route_goes_beside_it(athlete, ground, stood):

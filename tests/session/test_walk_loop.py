@@ -17,6 +17,7 @@ from footfall.planning.route.problem import NoGo, RouteSettings
 from footfall.planning.walk import plan as planning
 from footfall.planning.walk.problem import Place, WalkGoal, WalkSettings
 from footfall.planning.walk.smoothing import Smoothing
+from footfall.planning.walk_execution import stage
 from footfall.planning.walk_execution.decision import WayOnSettings
 from footfall.planning.walk_execution.firmer import firmer
 from footfall.planning.watch import OutOfTime, Watch
@@ -27,6 +28,7 @@ from footfall.session.access.identity import Identity, Role
 from footfall.session.gate.lease import CONN_FOR
 from footfall.session.gate.machine import ARMED_FOR
 from footfall.session.jobs.local import InlineJobs
+from footfall.session.loop_pieces import Pieces
 from footfall.session.loop_settings import LoopSettings
 from footfall.session.products.kinds import FOOT_MOVES, ROUTE, WALK
 from footfall.session.registry import Sessions
@@ -559,6 +561,37 @@ def test_it_follows_a_route_piece_by_piece_around_what_is_no_go(live, rover):
     assert max(abs(one.y) for one in walks) > 0.1
     report = replay(live.export_bundle())
     assert report.ok, report.problems
+
+
+def test_no_foot_of_a_walk_along_a_route_is_put_on_its_no_go_areas(live, rover):
+    """They are forbidden once, whoever else forbade them."""
+    assert AROUND.route is not None
+    [area] = AROUND.route.no_go
+    own = Place(area.x, area.y, area.radius)
+    for said in ((), (own,)):
+        loop = live.walk_to(WalkGoal(1.6, 0.0), replace(AROUND, walk=replace(AROUND.walk, forbidden=said)))
+        until(lambda loop=loop: loop.act == "go", "the first foot move", seen=loop.as_dict)
+        loop.cancel()
+        ended(loop)
+    walks = [live.get(one.settings).settings for one in live.state.products.values() if one.kind == WALK.name]
+    assert walks
+    assert {tuple((one.x, one.y, one.radius, one.leg) for one in walk.forbidden) for walk in walks} == {
+        ((own.x, own.y, own.radius, None),)
+    }
+
+
+def test_a_walk_that_leads_through_a_no_go_area_is_not_gone(live, rover, monkeypatch):
+    """The planner keeps off as far as feet do: between them the chassis would go over the area."""
+    monkeypatch.setattr(stage, "kept_off_between", lambda _, ends, __: np.zeros(len(ends)))
+    monkeypatch.setattr(Pieces, "_with_no_foot_where_it_keeps_off", lambda pieces: pieces._settings.walk)
+    settings = replace(AROUND, farthest=3.0, route=RouteSettings(no_go=(NoGo(0.8, 0.1, 0.6),)))
+    loop = live.walk_to(WalkGoal(1.6, 0.0), settings)
+    until(lambda: "no-go area" in loop.reason, "a walk that leads there", seen=loop.as_dict)
+    assert "leads through a no-go area or out of the corridors: at (0." in loop.reason
+    assert loop.reason.endswith("0.30 m are allowed")
+    assert rover.sent == []
+    loop.cancel()
+    ended(loop)
 
 
 def test_where_no_route_leads_on_it_goes_nowhere_and_says_why(live, rover):

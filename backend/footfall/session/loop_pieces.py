@@ -8,6 +8,7 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from footfall.planning.answers import Status
+from footfall.planning.route.kept_off import kept_off
 from footfall.planning.route.problem import RouteResult, RouteSettings
 from footfall.planning.walk.problem import Place, WalkGoal, WalkPlan, WalkResult, WalkSettings
 from footfall.planning.walk_execution.decision import SoFar
@@ -23,6 +24,10 @@ if TYPE_CHECKING:
     from footfall.planning.walk_execution.stage import Stage
     from footfall.session.parts import SessionParts
     from footfall.terrain.dem import Dem
+
+
+SWAYS = 0.3
+"""The chassis may go so far beside its straight way to the end of a piece, also where it is to keep off [m]."""
 
 
 class Pieces:
@@ -55,23 +60,46 @@ class Pieces:
         # a plan that was found was not too far, but not firm enough
         not_found = max(so_far.anew - 1 - so_far.declined, 0)
         dem, live, farthest = newest_dem(self._live), self._live, self.ways.farthest / 2**not_found
-        asked = firmer(self._settings.walk, so_far.declined)
+        asked = firmer(self._with_no_foot_where_it_keeps_off(), so_far.declined)
         asked = replace(asked, seed=asked.seed + so_far.anew - 1, pinned=so_far.unmet)
         stage: Stage | str = "no ground is known yet" if so_far.nearest is None else Stage(so_far.nearest, asked)
         live.stances.freeze()
         if so_far.nearest is None and dem is not None:
-            routed = None if self._settings.route is None else self._routed
-            stage = next_goal(live.robot, dem, self._at_rest(), self._goal, farthest, asked, routed)
+            route = self._settings.route
+            routed = None if route is None else self._routed
+            stage = next_goal(live.robot, dem, self._at_rest(), self._goal, farthest, asked, routed, route)
         if isinstance(stage, str):
             return None, replace(so_far, refused=stage)
         self.walk, found = self.ways.plan(stage.goal, self._settings_of(stage), so_far.anew > 1)
-        refused = "" if found.plan is not None else f"no walk is found: {found.reason}"
-        return found.plan, replace(so_far, refused=refused, nearest=came_nearest(found), short=stage.short)
+        refused = f"no walk is found: {found.reason}" if found.plan is None else self._trespass(found.plan)
+        plan = None if refused else found.plan
+        return plan, replace(so_far, refused=refused, nearest=came_nearest(found), short=stage.short)
 
     def unmet(self, pinned: tuple[Place, ...], done: int) -> tuple[Place, ...]:
         """Those of some pinned places that the first ``done`` foot moves of the piece put no foot on."""
         plan = None if self.walk is None else self._live.typed(WalkResult, self.walk).plan
         return pinned if plan is None else pins_left(plan, pinned, done)
+
+    def _with_no_foot_where_it_keeps_off(self) -> WalkSettings:
+        """How walks are planned, with no foot on the no-go areas of the route."""
+        walk, route = self._settings.walk, self._settings.route
+        said = {(one.x, one.y, one.radius) for one in walk.forbidden if one.leg is None}
+        areas = () if route is None else tuple((one.x, one.y, one.radius) for one in route.no_go)
+        return replace(walk, forbidden=(*walk.forbidden, *(Place(*one) for one in areas if one not in said)))
+
+    def _trespass(self, plan: WalkPlan) -> str:
+        """How far the chassis would go where the route keeps it off, for a person; "" where it keeps off."""
+        if self._settings.route is None:
+            return ""
+        deep = kept_off(plan.Ts_site_base[:, :2, 3], self._settings.route)
+        allowed = deep[0] + SWAYS
+        if deep.max() <= allowed:
+            return ""
+        x, y = plan.Ts_site_base[int(deep.argmax()), :2, 3]
+        return (
+            f"the walk that is found leads through a no-go area or out of the corridors: at ({x:z.2f}, {y:z.2f}) by "
+            f"{deep.max():z.2f} m, {allowed:z.2f} m are allowed"
+        )
 
     def _settings_of(self, stage: "Stage") -> WalkSettings:
         """How a piece is planned: one that ends before the goal has only pinned places that it may come to."""

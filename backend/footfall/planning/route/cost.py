@@ -18,6 +18,7 @@ from footfall.core.progress import Progress, no_progress
 from footfall.core.value import Provenance
 from footfall.maps.layers import MapSettings
 from footfall.maps.traversability import Traversability, traversability
+from footfall.planning.route.kept_off import outside
 from footfall.planning.route.problem import CostGrid, RouteSettings
 from footfall.robot.ik import contact_point
 from footfall.robot.model import Robot
@@ -163,12 +164,10 @@ def marked_off(geometry: GridGeometry, settings: RouteSettings) -> NDArray[np.bo
     Any part of them lies in a no-go area, or, where there are corridors, their middle beside all of those.
     """
     x, y = np.meshgrid(geometry.xs, geometry.ys)
-    off = np.full(geometry.shape, bool(settings.corridors))
-    for one in settings.corridors:
-        along, across = one.to_x - one.x, one.to_y - one.y
-        share = ((x - one.x) * along + (y - one.y) * across) / max(along**2 + across**2, 1e-12)
-        share = np.clip(share, 0.0, 1.0)
-        off &= np.hypot(x - one.x - share * along, y - one.y - share * across) > one.beside
+    off = np.zeros(geometry.shape, bool)
+    if settings.corridors:
+        middles = np.column_stack([x.ravel(), y.ravel()])
+        off = (outside(middles, settings.corridors) > 0).reshape(geometry.shape)
     half = 0.5 * geometry.resolution
     for area in settings.no_go:
         beside, beyond = (np.maximum(np.abs(one) - half, 0.0) for one in (x - area.x, y - area.y))

@@ -7,7 +7,8 @@ import numpy as np
 from numpy.typing import NDArray
 
 from footfall.core.arrays import Array
-from footfall.planning.route.problem import RouteResult
+from footfall.planning.route.kept_off import kept_off, kept_off_between
+from footfall.planning.route.problem import RouteResult, RouteSettings
 from footfall.planning.walk.chains import APART
 from footfall.planning.walk.choices import WayAhead, way_ahead
 from footfall.planning.walk.problem import WalkGoal, WalkResult, WalkSettings
@@ -78,6 +79,7 @@ def next_goal(
     farthest: float,
     settings: WalkSettings | None = None,
     routed: Routed | None = None,
+    keeps: RouteSettings | None = None,
 ) -> Stage | str:
     """Where a walk to a far goal is planned to next.
 
@@ -91,6 +93,8 @@ def next_goal(
         routed: the route from where the rover stands, or beside it, to a place, x and y [m]; the next goal lies on it,
             as :func:`stage` has it on the straight way. The route goes to the goal, or as far as the rover can stand on
             the straight way; where that place is cut off, as near as a route comes. None: straight on.
+        keeps: settings of the route: the straight way to the next goal leads no deeper than the rover stands into what
+            they keep the chassis off. None: wherever.
 
     Returns:
         The place, or why there is none.
@@ -106,7 +110,7 @@ def next_goal(
     if result.plan is None:
         return f"no route leads on: {result.reason}"
     way = _rest(result.plan.points, state.T_site_base[:2, 3])
-    return _farthest(robot, dem, state, way, goal, farthest, settings or WalkSettings())
+    return _farthest(robot, dem, state, way, goal, farthest, settings or WalkSettings(), keeps)
 
 
 def _rest(way: Array, here: Array) -> Array:
@@ -118,11 +122,18 @@ def _rest(way: Array, here: Array) -> Array:
 
 
 def _farthest(
-    robot: Robot, dem: Dem, state: RobotState, way: Array, goal: WalkGoal, farthest: float, settings: WalkSettings
+    robot: Robot,
+    dem: Dem,
+    state: RobotState,
+    way: Array,
+    goal: WalkGoal,
+    farthest: float,
+    settings: WalkSettings,
+    keeps: RouteSettings | None = None,
 ) -> Stage | str:
-    """As :func:`stage`, on a way (n, 2) that begins where the chassis is."""
+    """As :func:`stage`, on a way (n, 2) that begins where the chassis is. keeps: as of :func:`next_goal`."""
     best: Stage | str = ""
-    on_way = _on_way(robot, dem, state, way, goal, farthest, settings)
+    on_way = _on_way(robot, dem, state, way, goal, farthest, settings, keeps)
     if on_way is None:
         return UNKNOWN
     # where no foot gets on along the way, the chassis may still get on beside it
@@ -144,11 +155,13 @@ def _farthest(
 class _OnWay:
     """A way on which the farthest place is looked for. known: (n,) whether the ground at each pose of it is.
 
-    leads_there: whether it ends at the goal. planned: how much of the way is planned at once [m].
+    clear: (n,) whether the straight way to each keeps to where the chassis may be. leads_there: whether it ends at the
+    goal. planned: how much of the way is planned at once [m].
     """
 
     ahead: WayAhead
     known: NDArray[np.bool_]
+    clear: NDArray[np.bool_]
     goal: WalkGoal
     leads_there: bool
     planned: float
@@ -159,7 +172,7 @@ class _OnWay:
         settings = replace(self.ahead.world.settings, seed=seed)
         counts, xy = self.ahead.choices(seed, apart), way.vectors[:, :2]
         at_end = f"{self.planned:g} m are planned at once"
-        if self.leads_there and self.known[-1]:
+        if self.leads_there and self.known[-1] and self.clear[-1]:
             last = counts[-1] if goal.yaw is None else self.ahead.turned(goal.yaw).choices(seed, apart)[-1]
             if last.all():
                 return Stage(goal, settings)
@@ -167,22 +180,36 @@ class _OnWay:
         within = min(goal.within, self.planned / 2.0)
         on = np.hypot(*(xy - xy[0]).T) > within + _SAME
         for choice in (CHOICE, 1):
-            fit = np.flatnonzero(on & self.known & (counts >= choice).all(axis=1))
+            fit = np.flatnonzero(on & self.known & self.clear & (counts >= choice).all(axis=1))
             if len(fit):
                 last = int(fit[-1])
                 x, y = (float(at) for at in xy[last])
-                why = at_end if last == len(xy) - 1 else _lacks(xy[last + 1], counts[last + 1], choice)
+                why = at_end if last == len(xy) - 1 else self._lacks(last + 1, counts, choice)
                 place = replace(goal, x=x, y=y, yaw=None, within=within)
                 left = way.length - float(way.ways[last])
                 return Stage(place, settings, f"it goes first to ({x:z.2f}, {y:z.2f}): {why}", left)
         if not on.any():
             return UNKNOWN
         first = int(np.flatnonzero(on)[0])
-        return _lacks(xy[first], counts[first], 1)
+        return self._lacks(first, counts, 1)
+
+    def _lacks(self, at: int, counts: NDArray[np.int64], choice: int) -> str:
+        """What keeps the rover from stopping at a pose of the way."""
+        x, y = xy = self.ahead.way.vectors[at, :2]
+        if not self.clear[at]:
+            return f"the straight way to ({x:z.2f}, {y:z.2f}) leads through a no-go area or out of the corridors"
+        return _lacks(xy, counts[at], choice)
 
 
 def _on_way(
-    robot: Robot, dem: Dem, state: RobotState, way: Array, goal: WalkGoal, farthest: float, settings: WalkSettings
+    robot: Robot,
+    dem: Dem,
+    state: RobotState,
+    way: Array,
+    goal: WalkGoal,
+    farthest: float,
+    settings: WalkSettings,
+    keeps: RouteSettings | None,
 ) -> _OnWay | None:
     """What is looked at of a way (n, 2); None where no ground at all is known."""
     west, south, east, north = dem.geometry.bounds
@@ -191,8 +218,12 @@ def _on_way(
     if ahead is None:
         return None
     leads_there = bool(np.allclose(through[-1], (goal.x, goal.y), rtol=0.0, atol=_SAME))
-    known = np.isfinite(height_at(dem, *ahead.way.vectors[:, :2].T))
-    return _OnWay(ahead, known, goal, leads_there, farthest)
+    places = ahead.way.vectors[:, :2]
+    known = np.isfinite(height_at(dem, *places.T))
+    clear = np.ones(len(places), bool)
+    if keeps is not None:
+        clear = kept_off_between(places[0], places, keeps) <= kept_off(places[:1], keeps)[0] + _SAME
+    return _OnWay(ahead, known, clear, goal, leads_there, farthest)
 
 
 def _first_of(way: Array, metres: float) -> Array:
