@@ -22,6 +22,7 @@ from tests.support.server import Running, running_server
 from tests.support.waiting import BOUND_MS, until
 
 Keep = Callable[[str], None]
+README = Path(__file__).resolve().parents[2] / "README.md"
 MOST_ACTS = 15
 METRES = 1.15
 """Asked for: a walk ends within 0.15 m of its goal."""
@@ -64,29 +65,35 @@ def never_stale(monkeypatch: pytest.MonkeyPatch) -> None:
 
 
 class Operator:
-    """Does what is done at the page, and counts it: a click, a button held down and a field typed are one act each."""
+    """Does what is done at the page, and counts it: a click, a button held down and a field typed are one act each.
+
+    done: what was pressed and filled in, by its name on the page, without what stands behind a colon.
+    """
 
     def __init__(self, page: Page) -> None:
-        self.page, self.acts = page, 0
+        self.page = page
+        self.done: list[str] = []
 
     def goes_on(self, text: str) -> None:
         """Press what comes next, once it is what that text says."""
         button = self.page.locator("#next-act")
         expect(button).to_have_text(re.compile(text), timeout=BOUND_MS)
         expect(button).to_be_enabled()
-        self._acts(button.click)
+        self._acts(button.inner_text(), button.click)
 
     def sends(self) -> None:
         """Hold what comes next down until it has acted."""
         expect(self.page.locator("#next-hold")).to_have_text("Send to rover", timeout=BOUND_MS)
-        self._acts(lambda: keep_pressed(self.page, "#next-hold"))
+        self._acts("Send to rover", lambda: keep_pressed(self.page, "#next-hold"))
 
     def types(self, selector: str, text: str) -> None:
-        self._acts(lambda: self.page.locator(selector).fill(text))
+        field = self.page.locator(selector)
+        name = self.page.locator("label").filter(has=field).inner_text()
+        self._acts(re.sub(r"\s*m$", "", name).strip(), lambda: field.fill(text))
 
-    def _acts(self, act: Callable[[], None]) -> None:
+    def _acts(self, name: str, act: Callable[[], None]) -> None:
         act()
-        self.acts += 1
+        self.done.append(name.split(":")[0])
 
 
 def chassis(served: Running) -> np.ndarray:
@@ -128,4 +135,6 @@ def test_one_metre_from_images_on(page: Page, served: Running, look: Keep) -> No
     for said in ("#verdict", "#next-about", "#next-act", "#stop"):
         expect(page.locator(said)).to_be_in_viewport(ratio=1)
     look("arrived")
-    assert operator.acts <= MOST_ACTS
+    assert len(operator.done) <= MOST_ACTS
+    named = re.findall(r"\*\*(.+?)\*\*", README.read_text().split("A metre takes eight acts:")[1].split("\n\n")[0])
+    assert operator.done == named

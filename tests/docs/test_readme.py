@@ -38,6 +38,7 @@ def test_python(tmp_path: Path) -> None:
     )
     assert run.returncode == 0, run.stderr
     assert run.stdout.startswith("Status.FOUND")
+    assert re.search(r"^Status\.FOUND \d+ foot moves$", run.stdout, re.M)
     assert "joint limits: " in run.stdout
     check_exported(tmp_path / "step.seq.json")
 
