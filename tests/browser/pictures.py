@@ -52,6 +52,8 @@ _STEP = "test_page.py", "test_the_first_step_of_the_readme[True]"
 
 PICTURES = (
     Picture("page", *_STEP, "4-planned"),
+    Picture("walk", "test_walk_pictured.py", "test_a_planned_walk_lies_on_the_ground", "half-way"),
+    Picture("rappel", "test_walk_pictured.py", "test_a_walk_on_a_tether[rappel]", "half-way", SCENE),
     Picture("ground", *_STEP, "2-coloured", SCENE),
     Picture("moving", *_STEP, "5-moving"),
     Picture(
@@ -90,8 +92,8 @@ PICTURES = (
 )
 
 
-SITUATIONS = tuple(one for one in PICTURES if one.name != "stopped")
-"""Those of the sheet and of docs/console.md, in its order; a stop is in sight in each."""
+SITUATIONS = tuple(one for one in PICTURES if one.name not in ("stopped", "walk", "rappel"))
+"""Those of the sheet and of docs/console.md, in its order: a stop is in sight in each, and of a walk was no picture."""
 CELL, ACROSS = (316, 216), 4
 """Of the sheet: width and height of a picture [px], pictures in a row."""
 
