@@ -184,10 +184,13 @@ def test_two_legs_that_meet_are_named(athlete, flat, on_flat):
     assert any("leg0" in text and "leg1" in text and "touched" in text for text in report.failures)
 
 
-def watched(robot, dem, state, target, duration: float, settings: PhysicsSettings) -> tuple[RunObserver, np.ndarray]:
-    """A posture move under watch, and how far each hub has gone in the site (legs, 3)."""
+def watched(
+    robot, dem, state, target, duration: float, settings: PhysicsSettings, leg: int | None = None
+) -> tuple[RunObserver, np.ndarray]:
+    """A posture move under watch, and how far each hub has gone in the site (legs, 3). leg: that it is said to move."""
     rover = PhysicalRover(robot, dem, state, settings)
     watch = RunObserver(rover, {})
+    watch.row(0, leg, swings=False)
     hubs = apply(rover.T_site_base, wheel_centers(robot, rover.posture))
     rover.command(CommandMessage("c", "s", 0, "POSTURE_MOVE", None, target, duration))
     for _ in range(round((duration + 0.5) / TIME_STEP)):
@@ -213,6 +216,21 @@ def test_slip_is_that_of_the_material_at_the_contact(athlete, flat, bent):
     sequence = sequence_of(bent, Command("POSTURE_MOVE", None, target, 3.0))
     report = referee(athlete, sequence, flat, RefereeSettings(PhysicsSettings(gravity=1.62, friction=0.05)))
     assert [text for text in report.failures if re.match(r"the supporting wheel \d slipped 1\d\d\.\d mm", text)]
+
+
+def test_what_a_wheel_is_dragged_as_it_is_put_down_is_no_slip_of_the_support_that_it_becomes(athlete, flat, bent):
+    target = bent.posture.copy()
+    for leg in athlete.legs:
+        own = slice(6 * leg, 6 * leg + 6)
+        target[own] = moved(athlete, leg, target[own], 0.12 * rotation("z", np.deg2rad(60.0 * leg))[:, 0])
+    watch, _ = watched(athlete, flat, bent, target, 3.0, PhysicsSettings(gravity=1.62, friction=0.05), leg=2)
+    assert watch.drag[2] > 0.08
+    for row, leg in enumerate((None, 3, None), 1):
+        watch.row(row, leg, swings=False)
+        watch.look()
+        assert watch.slip[2] < 1e-4
+    assert watch.drag[3] == pytest.approx(watch.slip[3], abs=1e-4)
+    assert np.delete(watch.slip, 2).min() > 0.08
 
 
 def test_a_wheel_that_rolls_does_not_slip(athlete, flat, bent):

@@ -62,7 +62,7 @@ class RunObserver:
             _Wheel(bool(force > STANDS), point, center)
             for force, point, center in zip(forces, points, centers, strict=True)
         ]
-        # how far each wheel's material has slipped over the ground since it came down [m]
+        # how far each wheel's material has slipped over the ground since it came down, or stood as it was put [m]
         self._path = np.zeros((legs, 3))
 
     @property
@@ -76,7 +76,12 @@ class RunObserver:
         return self._rover.time - self._start
 
     def row(self, row: int, leg: int | None, swings: bool) -> None:
-        """From now on command ``row`` runs. leg: which one it moves, if one; swings: that its wheel is in the air."""
+        """From now on command ``row`` runs. leg: which one it moves, if one; swings: that its wheel is in the air.
+
+        What a wheel was dragged while it was put down is no slip of it as a support.
+        """
+        if self._leg is not None and leg != self._leg:
+            self._path[self._leg] = 0.0
         self._row, self._leg, self._swings = row, leg, swings
 
     def look(self) -> None:

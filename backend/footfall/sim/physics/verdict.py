@@ -79,7 +79,8 @@ class RefereeReport(Value):
     touch: (legs,) distance from the goal to where the wheel stands in the end, seen from above [m]; NaN where the leg
     has no goal or does not stand. clearance: least height of the swinging leg's corners over the ground below them
     [m]; NaN where no row is a swing. slip: (legs,) how far a supporting wheel's material moved over the ground while
-    it stood, at its contact [m]. drag: (legs,) the same of the leg that is moved. chassis: (rows,) largest distance of
+    it stood, at its contact, from when its leg was no longer moved [m]. drag: (legs,) the same of the leg that is
+    moved. chassis: (rows,) largest distance of
     the chassis from where it is expected within the row [m]. sag: (rows,) how much lower it is than expected at the
     row's end [m]. torque: (legs × 6,) largest share of each joint's limit. tipped: why the rover fell, or "".
     least_load: (legs,) least force of the ground on each wheel while it supports [N]; infinite for one that never does.
