@@ -1,7 +1,6 @@
 """The ghost over a whole walk: every foot move told and stepped to, its worst places a press away."""
 
 import re
-import time
 from collections.abc import Callable
 from dataclasses import replace
 from typing import Any
@@ -154,11 +153,13 @@ def test_step_or_walk_is_played_as_chosen_until_something_newer_is_made(console:
 
 def test_the_footfall_on_the_oldest_ground_is_a_press_away(console: Page, quiet: Running) -> None:
     dem = wavy(half=4.0)
-    seen = np.where(np.arange(dem.geometry.cols) > dem.geometry.cols // 2, 0.0, -7200.0) + time.time() - 60.0
+    # by the clock of a rover that counts from when it was started
+    seen = np.where(np.arange(dem.geometry.cols) > dem.geometry.cols // 2, 9000.0, 1800.0)
     made = walked(quiet, replace(dem, time=np.tile(seen, (dem.geometry.rows, 1))))
     along = held(quiet, f"{SESSION}/walks/current/along")
     oldest = int(np.argmax(along["seen_before"]))
     assert along["seen_before"][oldest] == pytest.approx(7200.0)
+    assert along["newest"] == held(quiet)["terrain"]["seen"]
     button = console.locator("#strip-age")
     expect(button).to_have_text("◷ oldest ground 2 h")
     button.click()

@@ -9,6 +9,7 @@ from footfall.core.errors import Conflict
 from footfall.planning.walk.problem import WalkResult
 from footfall.session.answers.walks import AlongWalkAnswer, PartSpareAnswer
 from footfall.session.live import LiveSession
+from footfall.session.products.snapshot_age import seen_at
 from footfall.terrain.dem import Dem
 
 
@@ -35,6 +36,7 @@ def along_walk(live: LiveSession, digest: str, result: WalkResult) -> AlongWalkA
     return {
         "digest": digest,
         "parts": [answer_of(part) for part in spare_along(live.robot, dem, plan)],
-        "newest": float(np.nanmax(dem.time)) if known and dem.time is not None else None,
+        # by this computer's clock: that of the rover may have begun with it
+        "newest": seen_at(live, dem.digest) if known else None,
         "seen_before": seen_before(live.robot, dem, plan),
     }

@@ -43,8 +43,9 @@ class PartSpareAnswer(TypedDict):
 class AlongWalkAnswer(TypedDict):
     """What there is to say all along a walk beside its margins and torques.
 
-    parts: phases of foot moves, in their order. newest: when the newest ground of its map was seen [s]; seen_before:
-    how much earlier the oldest ground under each placed foot was, one for each foot move [s].
+    parts: phases of foot moves, in their order. newest: when the newest images of its map came [s since 1970], as
+    ``seen`` of the terrain; null where the map does not say when its ground was seen. seen_before: how much earlier the
+    oldest ground under each placed foot was, one for each foot move [s].
     """
 
     digest: str
