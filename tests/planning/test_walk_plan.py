@@ -24,6 +24,7 @@ from footfall.planning.walk.recheck.recheck_settings import RecheckSettings
 from footfall.planning.walk.recheck.walk import recheck_walk
 from footfall.planning.walk.search import FIRST_TRIED, TRIED_A_METRE
 from footfall.terrain.from_arrays import from_heights
+from footfall.terrain.generate import rock_field
 from tests.support.chassis_ground import lifted
 from tests.support.waiting import BOUND
 
@@ -385,6 +386,18 @@ def test_a_heading_without_ground_for_a_foot_is_refused_with_the_leg(athlete, gr
     # at the edge of the map
     result = plan_walk(athlete, ground, start, (7.9, 0.0, 0.0), settings=SETTINGS)
     refused(result, Status.GOAL_INVALID, "would have no place to stand at the goal", "choose another goal or heading")
+
+
+@pytest.mark.parametrize("goal", [(1.0, 0.0), (-0.6, 0.0), (0.0, 0.8)])
+def test_a_rover_that_stands_tall_over_rocks_gets_on(athlete, goal):
+    """Its legs are nearly straight: on the way down to where it would walk, wrists would pass straight."""
+    rocks = rock_field(size=9.0, resolution=0.05, abundance=0.03, largest=0.4, seed=7)
+    tall = footfall.stand(athlete, rocks)
+    assert tall.T_site_base[2, 3] > 1.85
+    result = plan_walk(athlete, rocks, tall, goal, settings=SETTINGS)
+    assert result.plan is not None, result.reason
+    assert np.hypot(*(result.plan.Ts_site_base[-1, :2, 3] - goal)) <= 0.15
+    assert failed(athlete, rocks, result.plan, tall) == set()
 
 
 @pytest.mark.parametrize("goal", [(np.nan, 0.0), (1.0, np.inf), (1.0, 0.0, np.nan), (1.0,), (1.0, 2.0, 3.0, 4.0)])

@@ -39,6 +39,8 @@ LOOKS = 90
 """Chassis poses that are looked at for one foot move."""
 BODY_STEP, BODY_TURN = 0.006, 0.004
 """From one sample of the chassis' way to the next [m, rad]; halved as often as anything moves too far between."""
+FAR_DOWN = 0.3
+"""The chassis is so far above or below where it is to be [m]: legs may have to fold or stretch on the way there."""
 FARTHEST = 8
 """Samples from one waypoint to the next, at most."""
 NAMES = {LEG: "reach", MARGIN: "balance", TORQUE: "torque", NEAR: "collision", COARSE: "sampling", TETHER: "tether"}
@@ -109,8 +111,24 @@ def foot_move(world: World, at: At, leg: int, to: Stance, aim: Array, rng: np.ra
     Returns:
         The foot move, or what fails.
     """
-    checks = world.around(at.T_site_base).checks
     now = vector_of(np.ascontiguousarray(at.T_site_base[:3]))
+    aims = []
+    if abs(aim[2] - now[2]) > FAR_DOWN:
+        # where legs are nearly straight, wrists would pass straight on the way down or up: so nearer to its own height
+        as_high = np.concatenate([aim[:2], now[2:5], aim[5:]])
+        aims = [as_high, 0.5 * (aim + as_high)]
+    found = _foot_move_near(world, at, leg, to, now, aim, rng)
+    for near in aims:
+        if isinstance(found, Moved):
+            break
+        found = _foot_move_near(world, at, leg, to, now, near, rng)
+    return found
+
+
+def _foot_move_near(
+    world: World, at: At, leg: int, to: Stance, now: Array, aim: Array, rng: np.random.Generator
+) -> Moved | Fails:
+    checks = world.around(at.T_site_base).checks
     guesses, best = np.array([aim, now, 0.5 * (aim + now)]), np.empty(6)
     feet, move = feet_of(at.stance), move_of(world, at.stance, leg, to)
     lacks = find_pose(guesses, aim, feet, move, world.legs, checks.rover, checks.balance, rng, LOOKS, best)
