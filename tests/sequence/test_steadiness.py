@@ -9,11 +9,16 @@ import footfall
 from footfall.balance.support import margin
 from footfall.core.frames import apply
 from footfall.maps.standing import contacts
-from footfall.planning.walk.problem import WalkSettings
+from footfall.planning.walk.problem import WalkResult, WalkSettings
 from footfall.robot.description import with_payload
 from footfall.robot.kinematics import center_of_mass, wheel_centers
 from footfall.robot.model import Robot
-from footfall.sequence.steadiness_course import SAMPLING, course_of
+from footfall.sequence.steadiness_course import ON_A_TETHER, SAMPLING, course_of
+from footfall.session.core import present
+from footfall.session.jobs.local import InlineJobs
+from footfall.session.products.kinds import WALK
+from footfall.session.registry import Sessions
+from footfall.session.steadiness import along
 from tests.support.chassis_ground import wavy
 
 LEG = 2
@@ -116,3 +121,24 @@ def test_a_walk_s_payload_counts_as_if_the_description_carried_it(athlete, groun
         np.testing.assert_allclose(margins, same.margins[outline], atol=1e-9)
     bare = course_of(athlete, ground, walk)
     assert course.margins["plain"][0] < bare.margins["plain"][0] - 0.05
+
+
+def test_a_walk_on_a_tether_is_judged_as_it_was_planned(athlete, tmp_path):
+    """The sample's: by its planner's margins, along its slope's normal; so are its commands. Friction is not known."""
+    with Sessions(tmp_path, InlineJobs()) as sessions:
+        live = sessions.open_sample("rappel")
+        digest = present(live.state.newest(WALK), "no walk")
+        plan = live.typed(WalkResult, digest).plan
+        assert plan is not None
+        found = along(live, digest).course
+        travel = np.abs(np.diff(plan.waypoints, axis=0)).max(axis=1)
+        moments = np.concatenate([[0.0], np.cumsum(travel)]) / travel.sum()
+        least = [found.margins["plain"][np.abs(found.moments - moment) < 1e-9].min() for moment in moments[1:]]
+        assert np.min(least) == pytest.approx(plan.margins.min(), abs=0.02)
+        assert found.margins["plain"].min() > 0.3
+        assert np.isnan(found.margins["friction"]).all()
+        assert found.why["friction"] == ON_A_TETHER
+        commands = live.walks.command(digest, 0, 3, as_commanded=True)
+        of_commands = along(live, commands).course
+        assert of_commands.margins["plain"].min() > 0.3
+        assert np.isnan(of_commands.margins["friction"]).all()

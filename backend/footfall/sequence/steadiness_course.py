@@ -1,7 +1,7 @@
 """How steadily the rover stands all along a plan, a walk or a sequence, and where it stands worst."""
 
 from collections.abc import Mapping
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
 from numpy.typing import NDArray
@@ -10,9 +10,9 @@ from footfall.balance.balance_settings import BalanceSettings
 from footfall.balance.moving_leg import centers_of_mass
 from footfall.balance.payload import loaded
 from footfall.core.arrays import Array
-from footfall.core.frames import apply
+from footfall.core.frames import apply, rotation_from_z
 from footfall.maps.standing import standing
-from footfall.maps.support_outlines import OUTLINES, Support, support_of
+from footfall.maps.support_outlines import OUTLINES, Support, support_of, support_on
 from footfall.planning.between_rows import base_path
 from footfall.planning.step.problem import StepPlan, StepSettings
 from footfall.planning.walk.problem import WalkPlan, WalkSettings
@@ -25,6 +25,7 @@ from footfall.terrain.dem import Dem
 
 SAMPLING = 0.02
 """Largest joint step between two moments [rad]."""
+ON_A_TETHER = "the tether holds, too: forces of the ground alone say nothing"
 
 
 @dataclass(frozen=True)
@@ -48,16 +49,30 @@ class SteadinessCourse:
 
 
 def course_of(
-    robot: Robot, dem: Dem, moved: StepPlan | WalkPlan | Sequence, balance: BalanceSettings | None = None
+    robot: Robot,
+    dem: Dem,
+    moved: StepPlan | WalkPlan | Sequence,
+    balance: BalanceSettings | None = None,
+    up: Array | None = None,
 ) -> SteadinessCourse:
     """Margins at samples of every row. A row stands on the wheels that are down, and stay, from its begin to its end.
 
-    Of ``balance`` friction, the sides of its cones and the payload count; None: what the motion was made with.
+    Args:
+        robot: the rover.
+        dem: the ground that the motion was made on, in site.
+        moved: the motion.
+        balance: its friction, the sides of its cones and the payload count; None: what the motion was made with.
+        up: (3,) unit in site, along which polygons are seen of a rover on a tether; None: from above, and nothing else
+            holds it.
+
+    Returns:
+        The margins.
     """
     balance = balance or balance_of(moved)
     motion = moved.motion
     waypoints, Ts, travel, begins = motion.waypoints, motion.Ts_site_base, motion.travel, motion.travelled
     stances = _Stances(robot, dem, balance)
+    R_site_slope = None if up is None else rotation_from_z(up, np.eye(3)[np.argmin(np.abs(up))])
     moments, rows, found, why = [], [], [], {}
     for row in range(len(travel)):
         lifted = motion.lifted(row + 1)
@@ -65,6 +80,8 @@ def course_of(
         support = stances.of_row(waypoints[row : row + 2], Ts[row : row + 2], leg)
         shares = np.linspace(0.0, 1.0, max(1, int(np.ceil(travel[row] / SAMPLING))) + 1)
         coms = _coms(robot, waypoints[row : row + 2], Ts[row : row + 2], leg, shares, balance)
+        if R_site_slope is not None:
+            support, coms = _on_slope(support, R_site_slope), coms @ R_site_slope
         found.append(support.margins(coms[:, :2]))
         moments.append((begins[row] + shares * travel[row]) / max(begins[-1], 1e-12))
         rows.append(np.full(len(shares), row))
@@ -75,6 +92,10 @@ def course_of(
         {name: np.concatenate([one[name] for one in found]) for name in OUTLINES},
         why,
     )
+
+
+def _on_slope(support: Support, R_site_slope: Array) -> Support:
+    return replace(support_on(support.legs, support.points @ R_site_slope, None), unknown=ON_A_TETHER)
 
 
 def balance_of(moved: StepPlan | WalkPlan | Sequence) -> BalanceSettings:

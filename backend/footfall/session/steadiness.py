@@ -17,6 +17,7 @@ from footfall.planning.step.problem import PlanResult, StepPlan
 from footfall.planning.walk.problem import WalkPlan, WalkResult
 from footfall.sequence.commands import Sequence
 from footfall.session.live import LiveSession
+from footfall.session.products.kinds import WALK
 from footfall.telemetry.state import RobotState
 from footfall.terrain.dem import Dem
 from footfall.terrain.fusion.on_map import on_map
@@ -94,10 +95,26 @@ def along(live: LiveSession, digest: str) -> JudgedMotion:
         raise Conflict("it names no terrain, so nobody knows what the wheels stand on", digest=digest)
     settings = motion.provenance.settings
     balance = balance_of(motion)
-    course = course_of(live.robot, live.typed(Dem, made_on), motion, balance)
+    course = course_of(
+        live.robot, live.typed(Dem, made_on), motion, balance, _normal_of_its_slope(live, digest, motion)
+    )
     least = float(getattr(settings, "least_margin", 0.0))
     conservative = getattr(settings, "conservative", False) or getattr(settings, "support", "") == "required"
     return JudgedMotion(motion, course, balance.friction, least, bool(conservative))
+
+
+def _normal_of_its_slope(
+    live: LiveSession, digest: str, motion: StepPlan | WalkPlan | Sequence
+) -> NDArray[np.float64] | None:
+    """(3,) of a walk on a tether, or of commands of one."""
+    walk = motion
+    if isinstance(motion, Sequence) and motion.tether is not None:
+        products = live.state.products
+        parents = products[live.state.before_edits(digest)].parents.values()
+        walks = (one for one in parents if one in products and products[one].kind == WALK.name)
+        walk = next((live.typed(WalkResult, one).plan for one in walks), None)
+    tethered = walk.tethered if isinstance(walk, WalkPlan) else None
+    return None if tethered is None else tethered.up
 
 
 def _motion(found: Value, digest: str) -> StepPlan | WalkPlan | Sequence:
