@@ -244,3 +244,22 @@ def test_limits_of_a_joint_are_what_is_said_and_nan_where_nothing_is(tmp_path):
     assert (first.lower, first.upper, first.effort) == (0.0, 0.5, 3.0)
     assert np.isnan(first.velocity)
     assert (second.lower, second.upper, second.effort, second.velocity) == (-1.0, 1.0, 40.0, 8.0)
+
+
+SAFETY = '<safety_controller k_velocity="10" k_position="50" soft_lower_limit="-0.8" soft_upper_limit="0.9"/>'
+
+
+@pytest.mark.parametrize(
+    ("safety", "limits"),
+    [
+        (SAFETY, (-0.8, 0.9)),
+        (SAFETY.replace("-0.8", "-2"), (-1.0, 0.9)),
+        (SAFETY.replace(' soft_lower_limit="-0.8"', ""), (0.0, 0.9)),
+        (SAFETY.replace(' k_position="50"', ""), (-1.0, 1.0)),
+        ('<safety_controller k_velocity="10" k_position="50"/>', (-1.0, 1.0)),
+    ],
+)
+def test_a_joint_goes_no_farther_than_its_controller_lets_it(tmp_path, safety, limits):
+    """Soft limits were passed over: plans went where the robot's own controller stops."""
+    joint = read_urdf(written(tmp_path, quadruped(replaced(LIMIT, LIMIT + safety)))).joint("LF_hip")
+    assert (joint.lower, joint.upper) == limits

@@ -138,6 +138,8 @@ def _joint(element: Element) -> TreeJoint:
         if kind in ("revolute", "prismatic") and (limit.get("lower") or limit.get("upper")):
             # either one left out is zero, as urdfdom has it
             lower, upper = (_number(limit, key, where, 0.0) for key in ("lower", "upper"))
+            soft_lower, soft_upper = _soft_limits(element, where)
+            lower, upper = max(lower, soft_lower), min(upper, soft_upper)
     return TreeJoint(
         name,
         kind,
@@ -153,6 +155,17 @@ def _joint(element: Element) -> TreeJoint:
         1.0 if mimic is None else _number(mimic, "multiplier", where, 1.0),
         0.0 if mimic is None else _number(mimic, "offset", where, 0.0),
     )
+
+
+def _soft_limits(element: Element, where: str) -> tuple[float, float]:
+    """Where the controller of a joint lets it go no farther, whatever is commanded; without a gain it lets it."""
+    safety = element.find("safety_controller")
+    soft = ("soft_lower_limit", "soft_upper_limit")
+    if safety is None or not any(map(safety.get, soft)) or not _number(safety, "k_position", where, 0.0) > 0:
+        return -math.inf, math.inf
+    # either one left out is zero, as urdfdom has it
+    lower, upper = (_number(safety, key, where, 0.0) for key in soft)
+    return lower, upper
 
 
 def _tree(name: str, links: list[TreeLink], joints: list[TreeJoint]) -> RobotTree:
