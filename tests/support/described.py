@@ -56,5 +56,5 @@ def seeing(robot: LeggedRobot, side: int = 240) -> LeggedRobot:
         for name, place, tilt, turn in ways
     ]
     about = robot.description
-    pairs = camera_pairs(tables, robot.model)
+    pairs = camera_pairs(tables, about.model, about.postures)
     return LeggedRobot(about.model, about.postures, about.clearances, about.always, pairs)

@@ -1,6 +1,6 @@
 """The stereo cameras of a robot.toml: where on the chassis they sit, and where they look."""
 
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 
 import numpy as np
 
@@ -9,7 +9,7 @@ from footfall.core.frames import apply, rotation_rpy
 from footfall.robot.camera_pairs import camera_pair, focal_length, looking_axes
 from footfall.robot.description import CameraPairSpec
 from footfall.robot.legged.find_legs import chain_to
-from footfall.robot.legged.legged_model import LeggedModel
+from footfall.robot.legged.legged_model import LeggedModel, held_joints
 from footfall.robot.table import Table
 from footfall.telemetry.images import LONGEST_NAME
 
@@ -18,10 +18,12 @@ MOST_PIXELS = 8192
 """Along each side of an image."""
 
 
-def camera_pairs(tables: Sequence[Table], model: LeggedModel) -> tuple[CameraPairSpec, ...]:
+def camera_pairs(
+    tables: Sequence[Table], model: LeggedModel, postures: Mapping[str, Mapping[str, float]]
+) -> tuple[CameraPairSpec, ...]:
     """The pairs; joints that are no leg's are held as everywhere. Raises InvalidRobot naming what can't be used."""
     moved = {joint: leg.name for leg in model.legs for joint in leg.joints}
-    poses = model.tree.poses(model.tree.neutral())
+    poses = model.tree.poses(held_joints(model, postures))
     pairs: list[CameraPairSpec] = []
     for table in tables:
         table.only(CAMERA)

@@ -11,6 +11,7 @@ from footfall.robot.legged.finding import Finding, unusable
 from footfall.robot.legged.judge_cameras import judge_cameras
 from footfall.robot.legged.judge_legs import judge_legs, judge_mass, judge_posture
 from footfall.robot.legged.judge_tree import judge_tree
+from footfall.robot.legged.legged_model import held_joints
 
 
 def examine(path: str | Path, folders: Sequence[str | Path] = ()) -> tuple[Finding, ...]:
@@ -27,10 +28,10 @@ def examine(path: str | Path, folders: Sequence[str | Path] = ()) -> tuple[Findi
 
 def _of_proposed(path: Path) -> tuple[Finding, ...]:
     proposed = read_proposed(path)
-    tree = proposed.model.tree
-    found = (*judge_tree(tree), judge_mass(tree, proposed.mass_check), *judge_legs(proposed.model))
-    found += judge_cameras(tree, proposed.cameras)
-    return (*found, *(judge_posture(tree, name, posture) for name, posture in proposed.postures.items()))
+    model, tree = proposed.model, proposed.model.tree
+    found = (*judge_tree(tree), judge_mass(tree, proposed.mass_check), *judge_legs(model))
+    found += judge_cameras(tree, proposed.cameras, held_joints(model, proposed.postures))
+    return (*found, *(judge_posture(model, name, posture) for name, posture in proposed.postures.items()))
 
 
 def _of_urdf(path: Path, folders: Sequence[str | Path]) -> tuple[Finding, ...]:

@@ -74,7 +74,7 @@ def read_proposed(path: str | Path) -> Proposed:
     model = LeggedModel(tree, tree.root, tuple(_leg(one, tree) for one in table.tables("legs")), {})
     postures = table.table("postures")
     named = {name: _posture(postures.table(name)) for name in postures}
-    cameras = camera_pairs(table.tables("cameras"), model) if "cameras" in table else ()
+    cameras = camera_pairs(table.tables("cameras"), model, named) if "cameras" in table else ()
     return Proposed(model, mass + tree.mass - bare, named, clearances, always, cameras)
 
 

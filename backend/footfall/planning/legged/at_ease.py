@@ -14,11 +14,10 @@ from footfall.core.arrays import Array
 from footfall.core.errors import InvalidRobot
 from footfall.planning.legged.over_ground import NEAR_SOLE
 from footfall.robot.legged.apart import BodyPairs
+from footfall.robot.legged.legged_model import STAND
 from footfall.robot.legged.legged_robot import LeggedRobot
 from footfall.robot.legged.posture import placed
 
-POSTURE = "stand"
-"""Name of the posture of a robot.toml that is taken as it is."""
 STROKES = (0.06, 0.1, 0.14, 0.18)
 """Half strokes that are tried, shares of the leg."""
 LIFTED, LOWERED = 0.15, 0.06
@@ -75,13 +74,13 @@ def at_ease(robot: LeggedRobot) -> Ease:
     or bodies touching.
     """
     apart = BodyPairs(robot)
-    if POSTURE in robot.postures:
-        q = robot.posture(POSTURE)
+    if STAND in robot.postures:
+        q = robot.posture(STAND)
         strokes = [float(_strokes(robot, leg, q[None, robot.slices[leg]])[0]) for leg in robot.legs]
         if min(strokes) == 0:
             leg = robot.leg_names[int(np.argmin(strokes))]
             least = f"{STROKES[0] * robot.length:z.3f} m to all sides or not {LIFTED * robot.length:z.3f} m up"
-            raise InvalidRobot(f"{robot.name}: in its posture {POSTURE!r} the foot of leg {leg} does not get {least}")
+            raise InvalidRobot(f"{robot.name}: in its posture {STAND!r} the foot of leg {leg} does not get {least}")
         return _ease(robot, apart, q, min(strokes) * robot.length)
     plans = []
     for share in _heights(robot):
@@ -99,7 +98,7 @@ def at_ease(robot: LeggedRobot) -> Ease:
             return _ease(robot, apart, q, least * robot.length)
     raise InvalidRobot(
         f"{robot.name}: no stance was found from which every foot gets {STROKES[0] * robot.length:z.3f} m to all sides "
-        f"and {LIFTED * robot.length:z.3f} m up; name a posture {POSTURE!r} in its robot.toml",
+        f"and {LIFTED * robot.length:z.3f} m up; name a posture {STAND!r} in its robot.toml",
         heights=[share for _, _, share, _ in plans],
     )
 

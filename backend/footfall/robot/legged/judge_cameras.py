@@ -1,6 +1,6 @@
 """A robot's cameras judged: whether their lenses are outside of what it is made of."""
 
-from collections.abc import Iterator
+from collections.abc import Iterator, Mapping
 
 import numpy as np
 from scipy.spatial import ConvexHull, QhullError
@@ -12,17 +12,18 @@ from footfall.robot.legged.finding import Finding, doubtful, good
 from footfall.robot.legged.tree import RobotTree
 
 
-def judge_cameras(tree: RobotTree, pairs: tuple[CameraPairSpec, ...]) -> tuple[Finding, ...]:
+def judge_cameras(tree: RobotTree, pairs: tuple[CameraPairSpec, ...], held: Mapping[str, float]) -> tuple[Finding, ...]:
     """Findings about camera pairs; one that all is well where there are some and nothing was found.
 
     Args:
         tree: links and joints of the robot.
         pairs: on its chassis.
+        held: joint → where it is held, of those that are no leg's [rad or m].
 
     Returns:
         What was found; nothing of a robot without cameras.
     """
-    hulls = list(_hulls(tree)) if pairs else []
+    hulls = list(_hulls(tree, held)) if pairs else []
     found = [finding for pair in pairs for finding in _inside(pair, hulls)]
     names = ", ".join(pair.name for pair in pairs)
     return (
@@ -31,9 +32,9 @@ def judge_cameras(tree: RobotTree, pairs: tuple[CameraPairSpec, ...]) -> tuple[F
     )
 
 
-def _hulls(tree: RobotTree) -> Iterator[tuple[str, Array]]:
-    """Name of a link, and the planes (n, 4) around one of its shapes, in the root's frame, in the middle posture."""
-    poses = tree.poses(tree.neutral())
+def _hulls(tree: RobotTree, held: Mapping[str, float]) -> Iterator[tuple[str, Array]]:
+    """Name of a link, and the planes (n, 4) around one of its shapes, in the root's frame, legs in the middle."""
+    poses = tree.poses(tree.neutral() | dict(held))
     for link in tree.links:
         for shape in link.shapes:
             try:

@@ -50,18 +50,18 @@ def judge_mass(tree: RobotTree, weighed: float) -> Finding:
     return doubtful("mass_check", tree.root, text) if off > MASS_SAME else good("mass_check", text)
 
 
-def judge_posture(tree: RobotTree, name: str, posture: Mapping[str, float]) -> Finding:
+def judge_posture(model: LeggedModel, name: str, posture: Mapping[str, float]) -> Finding:
     """Whether a named posture names the free joints and keeps their limits.
 
     Args:
-        tree: links and joints of the robot.
+        model: the robot.
         name: of the posture.
         posture: joint → angle [rad] or way [m].
 
     Returns:
         What was found.
     """
-    free = {joint.name: joint for joint in tree.free()}
+    free = {joint.name: joint for joint in model.tree.free()}
     unknown = [joint for joint in posture if joint not in free]
     if unknown:
         return unusable("posture", name, f"{unknown[0]} is no joint that moves by itself")
@@ -71,7 +71,13 @@ def judge_posture(tree: RobotTree, name: str, posture: Mapping[str, float]) -> F
             return unusable("posture", name, f"{joint} at {angle:g} is outside its limits {lower:g} … {upper:g}")
     missing = [joint for joint in free if joint not in posture]
     if missing:
-        return doubtful("posture", name, f"{', '.join(missing)} not said: taken at 0")
+    moved = {joint for leg in model.legs for joint in leg.joints}
+        parts = (
+            ([joint for joint in missing if joint in moved], "taken at 0"),
+            ([joint for joint in missing if joint not in moved], "held in the middle"),
+        )
+        text = "; ".join(f"{', '.join(joints)} not said: {where}" for joints, where in parts if joints)
+        return doubtful("posture", name, text)
     return good("posture", "it keeps all limits", name)
 
 

@@ -91,6 +91,17 @@ class LeggedModel(Value):
         return tuple(tuple(leg for leg in self.legs if leg.group == number) for number in numbers)
 
 
+STAND = "stand"
+"""Name of the posture of a robot.toml that a robot stands in."""
+
+
+def held_joints(model: LeggedModel, postures: Mapping[str, Mapping[str, float]]) -> dict[str, float]:
+    """Joint → where it is held, of the free ones that are no leg's: as ``stand`` has it, else in the middle posture."""
+    said, moved = postures.get(STAND, {}), {joint for leg in model.legs for joint in leg.joints}
+    middle = model.tree.neutral()
+    return {joint: said.get(joint, angle) for joint, angle in middle.items() if joint not in moved}
+
+
 @value
 class DescribedRobot(Value):
     """All that is known of a robot that others described; a :class:`.legged_robot.LeggedRobot` is made of it.

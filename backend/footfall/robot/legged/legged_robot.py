@@ -1,6 +1,7 @@
 """A legged robot that everything computes with: its legs as limbs, one pin model, bodies with their shapes.
 
-Only the joints of legs move; whatever else has joints (an arm, a head) is held still and counts to what carries it.
+Only the joints of legs move; whatever else has joints (an arm, a head) is held as its posture ``stand`` says, or in the
+middle, and counts to what carries it.
 """
 
 from collections.abc import Mapping
@@ -18,7 +19,7 @@ from footfall.core.mesh import Mesh
 from footfall.robot.description import CameraPairSpec
 from footfall.robot.legged.able_to_walk import why_unable
 from footfall.robot.legged.groups import longest_leg
-from footfall.robot.legged.legged_model import DescribedRobot, LegChain, LeggedModel
+from footfall.robot.legged.legged_model import STAND, DescribedRobot, LegChain, LeggedModel, held_joints
 from footfall.robot.legged.tree import TreeJoint, TreeLink
 from footfall.robot.limb.by_structure import solver_of
 from footfall.robot.limb.limb import limb_of
@@ -162,8 +163,18 @@ class LeggedRobot:
         carrier = {tree.root: tree.root}
         for joint in tree.joints:
             carrier[joint.child] = joint.child if joint.name in walking else carrier[joint.parent]
-        held = {name: angle for name, angle in tree.neutral().items() if name not in walking}
-        return carrier, tree.poses(held)
+        return carrier, tree.poses(self._held())
+
+    def _held(self) -> dict[str, float]:
+        """Where joints are that are no leg's; raises InvalidRobot where the robot.toml has one outside its limits."""
+        postures = self.description.postures
+        held, said = held_joints(self.model, postures), postures.get(STAND, {})
+        for name in (one for one in held if one in said):
+            joint, angle = self.model.tree.joint(name), said[name]
+            if angle < joint.lower or angle > joint.upper:
+                limits = f"{joint.lower:g} … {joint.upper:g}"
+                raise InvalidRobot(f"posture {STAND}: {name} at {angle:g} is outside its limits {limits}")
+        return held
 
     def _pin_model(
         self, joints: list[TreeJoint], carrier: Mapping[str, str], Ts_root_link: Mapping[str, Array]
