@@ -322,6 +322,25 @@ def test_springs_are_not_followed_to_degrees(made, far, monkeypatch):
     np.testing.assert_array_equal(found.predicted[:2], [state.q, state.q])
 
 
+def test_loads_change_legs_no_faster_than_slow_joints_go(made):
+    """Rows that only move the load took half a second whatever the joints' speeds: they broke the rule of these."""
+    _, dem, state, _, _ = made
+    soft = sprung(made[0], 200.0)
+    model, *others = soft.__reduce__()[1]
+    joints = tuple(replace(one, velocity=0.03) for one in model.tree.joints)
+    slow = LeggedRobot(replace(model, tree=replace(model.tree, joints=joints)), *others)
+    target = state.soles[1, :2] + (0.05, 0.02)
+    result = plan_step(slow, dem, stand(slow, dem), 1, tuple(target), LeggedSettings(time_limit=1e6))
+    assert result.plan is not None, result.reason
+    step = footfall.make_sequence(result.plan, slow, dem)
+    assert "speed" in {one.rule for one in step.rules}
+    assert [one.text for one in step.failures if one.rule == "speed"] == []
+    shifted = next(one for one in step.commands if one.phase == "unload")
+    assert shifted.duration > RAMP
+    fast = footfall.make_sequence(result.plan, soft, dem)
+    assert next(one for one in fast.commands if one.phase == "unload").duration == RAMP
+
+
 def test_a_real_robot_steps_by_commands_of_its_own_joints():
     model = legged_model(read_urdf(described("A1")))
     robot = LeggedRobot(model, always=touching(model.tree, 20).always)

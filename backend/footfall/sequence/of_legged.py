@@ -4,6 +4,7 @@ A robot of which it is known how its joints give way is commanded set points tha
 it: before a foot is lifted its load goes to the others, and once it is down it takes its share again.
 """
 
+from dataclasses import replace
 from itertools import pairwise
 from typing import NamedTuple
 
@@ -23,7 +24,7 @@ from footfall.robot.legged.legged_robot import LeggedRobot
 from footfall.robot.legged.posture import placed
 from footfall.sequence.commands import AtRest, Command, Sequence, leg_move, posture_move
 from footfall.sequence.foot_moves import LOADS
-from footfall.sequence.legged_passage import landed
+from footfall.sequence.legged_passage import asked_for, landed
 from footfall.sequence.legged_rules import check_legged_rules
 from footfall.sequence.predict import needed_duration
 from footfall.sequence.sequence_settings import COARSEST, SequenceSettings
@@ -65,7 +66,7 @@ def make_legged_sequence(
         )
     ]
     if robot.sags:
-        commands = _holding(robot, ground, plan, rows)
+        commands = _holding(robot, ground, plan, rows, settings.speed_fraction * robot.speeds)
     else:
         commands = tuple(_command(robot, row.leg, row.phase, row.posture, row.duration) for row in rows)
     parents = {"plan": plan.digest, "robot": robot.digest, "dem": dem.digest}
@@ -152,8 +153,11 @@ def _feet(robot: LeggedRobot, dem: Dem, q: Array, T_site_base: Array, standing: 
     return Feet(standing, np.array([one.contact for one in rests]), np.array([one.normal for one in rests]))
 
 
-def _holding(robot: LeggedRobot, dem: Dem, plan: LeggedPlan, rows: list[_Row]) -> tuple[Command, ...]:
-    """Commands to set points that hold each waypoint. Raises InvalidSequence where nothing holds one."""
+def _holding(robot: LeggedRobot, dem: Dem, plan: LeggedPlan, rows: list[_Row], speeds: Array) -> tuple[Command, ...]:
+    """Commands to set points that hold each waypoint, none faster than speeds (joints,) [rad/s or m/s].
+
+    Raises InvalidSequence where nothing holds one.
+    """
 
     def held(q: Array, T: Array, leg: int) -> Array:
         standing = [one for one in robot.legs if one != leg]
@@ -172,7 +176,22 @@ def _holding(robot: LeggedRobot, dem: Dem, plan: LeggedPlan, rows: list[_Row]) -
         if row.leg >= 0 and (after is None or after.leg != row.leg):
             commands.append(posture_move(held(row.posture, row.T_site_base, -1), RAMP, LOADS))
         before = row
-    return tuple(commands)
+    told = plan.start.set_points
+    begins = held(plan.waypoints[0], plan.Ts_site_base[0], -1) if told is None else told
+    return _slow_enough(robot, commands, begins, speeds)
+
+
+def _slow_enough(robot: LeggedRobot, commands: list[Command], begins: Array, speeds: Array) -> tuple[Command, ...]:
+    """Commands that take as long as their set points need: these go farther than the joints where loads change legs.
+
+    begins: set points before the first, (joints,) [rad or m].
+    """
+    slowed, before = [], begins
+    for command in commands:
+        after = asked_for(robot, before, command)
+        slowed.append(replace(command, duration=max(command.duration, needed_duration(after - before, speeds))))
+        before = after
+    return tuple(slowed)
 
 
 def _durations(plan: LeggedPlan, speeds: Array) -> Array:
