@@ -1,6 +1,7 @@
 """Legged robots that compute: masses and places as pin reads them, legs that reach, bodies that keep apart."""
 
 import pickle
+import re
 
 import numpy as np
 import pinocchio as pin
@@ -45,6 +46,17 @@ def test_soles_and_weight_are_where_pin_has_them(name, tmp_path):
         where = placed(robot, q)
         np.testing.assert_allclose(where.soles, other.soles_at(q, np.eye(4)), atol=1e-9)
         np.testing.assert_allclose(where.com, other.center_of_mass(other.full(q)), atol=1e-9)
+
+
+def test_legs_that_weigh_nothing_leave_the_weight_to_the_base(tmp_path):
+    """Their centre was no number, so that no stance kept the weight over its feet."""
+    text = re.sub(r'mass value="0\.\d+"', 'mass value="0"', ring(4)).replace(
+        'xyz="0 0 0"/><mass', 'xyz="0.1 0 0"/><mass'
+    )
+    robot = LeggedRobot(legged_model(read_urdf(written(tmp_path, text))))
+    assert robot.mass == 8.0
+    for q in drawn(robot, 3):
+        np.testing.assert_allclose(placed(robot, q).com, (0.1, 0.0, 0.0), atol=1e-12)
 
 
 @pytest.mark.parametrize("name", [*REAL, 4, 7])

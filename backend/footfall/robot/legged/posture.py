@@ -35,6 +35,8 @@ def center_of_mass(robot: LeggedRobot, q: Array) -> Array:
     """Of the whole robot in base, (3,) [m]. Pin leaves out what is fixed to a model's base, so that is added."""
     model = robot.pin_model
     base = model.inertias[0]
+    if not robot.mass > base.mass:
+        return np.array(base.lever)  # of legs that weigh nothing pin has no centre
     with scratch_of(robot, model) as data:
         moving = np.array(pin.centerOfMass(model, data, q))
     return (base.mass * base.lever + (robot.mass - base.mass) * moving) / robot.mass
