@@ -82,6 +82,20 @@ def test_a_posture_named_stand_is_the_stance_at_ease():
         at_ease(LeggedRobot(model, {"stand": dict(zip(names, q, strict=True))}))
 
 
+def test_a_posture_named_stand_outside_its_limits_is_told_by_its_joint():
+    """It was said that a foot does not get far enough, which no other height or place would have cured."""
+    names, q = robot_of(6)[1].joint_names, at_ease(robot_of(6)[1]).q.copy()
+    q[5] = 0.0  # a knee that bends from 0.3 rad on
+    with pytest.raises(InvalidRobot, match=r"its posture 'stand' has l1_knee at 0, outside of 0\.3 … 2\.6"):
+        at_ease(LeggedRobot(robot_of(6)[1].model, {"stand": dict(zip(names, q, strict=True))}))
+
+
+def test_a_clearance_of_zero_is_told_as_such():
+    """It was said that bodies touch, which are far apart."""
+    with pytest.raises(InvalidRobot, match=r"have a clearance of 0 in the robot\.toml"):
+        at_ease(LeggedRobot(robot_of(6)[1].model, None, {"other_leg": 0.0}))
+
+
 @pytest.mark.parametrize("kind", ["smooth", "rough", "slope"])
 @pytest.mark.parametrize("name", [3, 6, "A1", "HyQ"])
 def test_who_stands_has_all_feet_on_the_ground_and_the_weight_over_them(name, kind):

@@ -17,6 +17,7 @@ from footfall.robot.legged.apart import BodyPairs
 from footfall.robot.legged.legged_model import STAND
 from footfall.robot.legged.legged_robot import LeggedRobot
 from footfall.robot.legged.posture import placed
+from footfall.robot.limits import farthest_past
 
 STROKES = (0.06, 0.1, 0.14, 0.18)
 """Half strokes that are tried, shares of the leg."""
@@ -78,6 +79,7 @@ def at_ease(robot: LeggedRobot) -> Ease:
         q = robot.posture(STAND)
         strokes = [float(_strokes(robot, leg, q[None, robot.slices[leg]])[0]) for leg in robot.legs]
         if min(strokes) == 0:
+            _require_inside(robot, q)
             leg = robot.leg_names[int(np.argmin(strokes))]
             least = f"{STROKES[0] * robot.length:z.3f} m to all sides or not {LIFTED * robot.length:z.3f} m up"
             raise InvalidRobot(f"{robot.name}: in its posture {STAND!r} the foot of leg {leg} does not get {least}")
@@ -103,6 +105,15 @@ def at_ease(robot: LeggedRobot) -> Ease:
     )
 
 
+def _require_inside(robot: LeggedRobot, q: Array) -> None:
+    """Raises InvalidRobot where the posture "stand" (joints,) has a joint outside its limits."""
+    worst = farthest_past(robot, q)
+    if worst.excess > 0:
+        limits = f"{robot.lower[worst.joint]:g} … {robot.upper[worst.joint]:g}"
+        where = f"{worst.name} at {q[worst.joint]:g}, outside of {limits}"
+        raise InvalidRobot(f"{robot.name}: its posture {STAND!r} has {where}")
+
+
 def _heights(robot: LeggedRobot) -> tuple[float, ...]:
     """Shares of the leg that are tried.
 
@@ -119,11 +130,17 @@ def _heights(robot: LeggedRobot) -> tuple[float, ...]:
 
 
 def _ease(robot: LeggedRobot, apart: BodyPairs, q: Array, stroke: float) -> Ease:
-    where = placed(robot, q)
+    where, wanted = placed(robot, q), apart.least
     apart.at_ease(where.Ts_base_body)
     spare = margin(where.soles, where.com[:2])
     if not (apart.least > 0).all():
-        raise InvalidRobot(f"{robot.name}: {apart.pair_names(int(np.argmin(apart.least)))} touch in the stance at ease")
+        at = int(np.argmin(apart.least))
+        why = (
+            "touch in the stance at ease"
+            if wanted[at] > 0
+            else "have a clearance of 0 in the robot.toml, by which what touches can't be told: say 0.001 m or more"
+        )
+        raise InvalidRobot(f"{robot.name}: {apart.pair_names(at)} {why}")
     if spare <= 0:
         raise InvalidRobot(
             f"{robot.name}: its centre of mass is {-spare:z.3f} m outside of its feet in the stance at ease"
