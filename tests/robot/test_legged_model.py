@@ -15,7 +15,7 @@ from footfall.robot.legged.soles import sole_of
 from footfall.robot.legged.touching import touching
 from footfall.robot.legged.tree import RobotTree, TreeJoint, TreeLink, TreeShape
 from tests.support.robot_data import OTHERS, QUADRUPEDS, described
-from tests.support.urdf import LIMIT, joint, leg, link, quadruped, written
+from tests.support.urdf import FOOT, LIMIT, joint, leg, link, quadruped, written
 
 DOWN = np.array([0.0, 0.0, -1.0])
 angles = st.floats(-3.0, 3.0)
@@ -130,6 +130,22 @@ def test_sensors_turrets_and_hands_are_no_legs(tmp_path):
     assert [one.name for one in model.legs] == ["LF", "RF", "LH", "RH"]
     assert "1 joint that moves can't place a foot" in model.left_out["pan … pan"]
     assert "forks" in model.left_out["shoulder … grip1"]
+
+
+def test_a_shape_at_the_knee_is_no_foot(tmp_path):
+    """Where feet are bare frames, a shaped part beside the knee was taken for the foot, and the leg ended there."""
+
+    def padded(text: str) -> str:
+        for name in ("LF", "RF", "LH", "RH"):
+            foot, pad = link(f"{name}_foot", 0.1, FOOT), link(f"{name}_pad", 0.1, FOOT)
+            bare = foot[: foot.index("<collision>")] + "</link>"
+            text = text.replace(
+                foot, bare + pad + joint(f"{name}_bolt", f"{name}_shank", f"{name}_pad", "0 0.04 0", "fixed")
+            )
+        return text
+
+    model = legged_model(read_urdf(written(tmp_path, quadruped(padded))))
+    assert [one.foot for one in model.legs] == ["LF_foot", "RF_foot", "LH_foot", "RH_foot"]
 
 
 @pytest.mark.parametrize("count", [2, 3, 6, 12, 13])

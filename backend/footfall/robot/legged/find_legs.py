@@ -7,15 +7,17 @@ import numpy as np
 
 from footfall.core.arrays import Array
 from footfall.core.errors import InvalidRobot
-from footfall.core.frames import inverse
+from footfall.core.frames import apply, inverse
 from footfall.robot.legged.groups import grouped
 from footfall.robot.legged.legged_model import LegChain, LeggedModel, Sole
 from footfall.robot.legged.soles import sole_of
-from footfall.robot.legged.tree import RobotTree, TreeJoint
+from footfall.robot.legged.tree import RobotTree, TreeJoint, TreeLink
 
 HIGH = 0.3
 """A limb whose end stays this share of the robot's height above the feet is no leg."""
 DOUBTFUL = 0.15
+AT_FOOT = 0.5
+"""Of how far a leg's last body reaches: a shape that ends nearer to the joint is a part of the shank, no foot."""
 
 
 @dataclass(frozen=True)
@@ -69,19 +71,24 @@ def legged_model(tree: RobotTree) -> LeggedModel:
 def foot_of(tree: RobotTree, last: TreeJoint) -> str:
     """The foot link of a limb that ends with that joint: the end of its last body that lies farthest from the joint.
 
-    Ends with a collision shape come before bare frames.
+    Ends with a collision shape come before bare frames, but for shapes near the joint: see AT_FOOT.
     """
     members = tree.members(last.child)
     Ts_root_link = tree.poses({})
     start = Ts_root_link[last.child][:3, 3]
     carriers = {joint.parent for joint in tree.joints}
     ends = [link for link in members if link.name not in carriers] or [tree.link(last.child)]
-    shaped = [link for link in ends if link.shapes] or ends
 
-    def far(name: str) -> float:
-        return float(np.linalg.norm(Ts_root_link[name][:3, 3] - start))
+    def far(link: TreeLink) -> float:
+        return float(np.linalg.norm(Ts_root_link[link.name][:3, 3] - start))
 
-    return max(shaped, key=lambda link: far(link.name)).name
+    def reach(link: TreeLink) -> float:
+        parts = [apply(Ts_root_link[link.name], shape.points) - start for shape in link.shapes]
+        return max([far(link), *(float(np.linalg.norm(part, axis=1).max()) for part in parts)])
+
+    farthest = max(map(far, ends))
+    shaped = [link for link in ends if link.shapes and reach(link) >= AT_FOOT * farthest] or ends
+    return max(shaped, key=far).name
 
 
 def chain_to(tree: RobotTree, link: str) -> tuple[TreeJoint, ...]:
