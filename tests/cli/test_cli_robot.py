@@ -143,6 +143,17 @@ def test_a_robot_elsewhere_keeps_its_packages(tmp_path):
     assert "is missing" in run("robot", "check", urdf, code=1).stdout
 
 
+def test_packages_of_a_robot_toml_are_told_there(tmp_path):
+    """Its refusal said to use --packages, which no command heeds beside a robot.toml."""
+    given = replaced('<box size="0.7 0.3 0.1"/>', '<mesh filename="package://my_robot/base.stl"/>')
+    run("robot", "init", written(tmp_path, quadruped()), "--samples", 1)
+    written(tmp_path, quadruped(given))
+    robot = tmp_path / "robot.toml"
+    assert "among the packages of its robot.toml" in run("robot", "check", robot, code=1).stdout
+    said = run("robot", "check", robot, "--packages", tmp_path, code=2).stderr
+    assert "robot.toml names its folders itself" in said
+
+
 @pytest.mark.parametrize("name", QUADRUPEDS)
 def test_robots_of_others_are_judged(name):
     code = 1 if name == "Centauro (wheels for feet)" else 0

@@ -3,7 +3,7 @@
 from collections.abc import Sequence
 from pathlib import Path
 
-from footfall.core.errors import InvalidRobot
+from footfall.core.errors import InvalidInput, InvalidRobot
 from footfall.io.urdf.proposed import read_proposed
 from footfall.io.urdf.read import read_urdf
 from footfall.robot.legged.find_legs import legged_model
@@ -17,11 +17,15 @@ from footfall.robot.legged.legged_model import held_joints
 def examine(path: str | Path, folders: Sequence[str | Path] = ()) -> tuple[Finding, ...]:
     """Everything that is good, doubtful or unusable in a robot's description; folders: that hold packages of meshes.
 
-    What can't be read is a finding too. Raises NotFound where there is no such file.
+    What can't be read is a finding too. Raises NotFound where there is no such file, InvalidInput for folders beside a
+    robot.toml, which names its own.
     """
     path = Path(path)
+    described = path.suffix.lower() == ".toml"
+    if described and folders:
+        raise InvalidInput(f"{path.name} names its folders itself: write them into its packages, not after --packages")
     try:
-        return _of_proposed(path) if path.suffix.lower() == ".toml" else _of_urdf(path, folders)
+        return _of_proposed(path) if described else _of_urdf(path, folders)
     except InvalidRobot as err:
         return (unusable("reading", path.name, err.message),)
 

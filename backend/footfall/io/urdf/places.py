@@ -7,6 +7,8 @@ from urllib.parse import unquote
 from footfall.core.errors import InvalidRobot, NotFound
 
 PACKAGE, FILE = "package://", "file://"
+GIVEN = "with --packages, or among the packages of its robot.toml"
+"""How a folder is given."""
 
 
 def place_of(address: str, urdf: Path, folders: Sequence[Path]) -> Path:
@@ -25,7 +27,7 @@ def place_of(address: str, urdf: Path, folders: Sequence[Path]) -> Path:
     path = (here / unquote(address.removeprefix(FILE))).resolve()
     homes = [here, here.parent, *(folder.resolve() for folder in folders)]
     if not any(path.is_relative_to(home) for home in homes if home != Path(home.anchor)):
-        raise InvalidRobot(f"{address} lies outside {here.parent}; give its folder with --packages", file=address)
+        raise InvalidRobot(f"{address} lies outside {here.parent}; give its folder {GIVEN}", file=address)
     if not path.is_file():
         raise NotFound(f"{address} is missing: there is no {path}", file=address)
     return path
@@ -45,6 +47,6 @@ def _in_package(address: str, urdf: Path, folders: Sequence[Path]) -> Path:
                 return path
     raise NotFound(
         f"{address} is missing: no folder {package} with {rest} above {urdf.resolve().parent}"
-        f"{' or in ' + ', '.join(map(str, folders)) if folders else ''}; give the folder it lies in with --packages",
+        f"{' or in ' + ', '.join(map(str, folders)) if folders else ''}; give the folder it lies in {GIVEN}",
         file=address,
     )
