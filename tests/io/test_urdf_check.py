@@ -162,6 +162,13 @@ def test_a_robot_of_two_joints_a_leg_is_good_but_for_walking(tmp_path):
             "0.3000 m long, the other 0.3200 m",
             replaced('xyz="0 0 -0.3"', 'xyz="0 0 -0.32"'),
         ),
+        (
+            DOUBTFUL,
+            "symmetry",
+            "RF and LF",
+            "radius 0.03 m, the other 0.02 m",
+            of_foot('radius="0.03"', 'radius="0.02"'),
+        ),
         (UNUSABLE, "reading", "robot.urdf", "document type", lambda text: "<!DOCTYPE robot>" + text),
     ],
 )

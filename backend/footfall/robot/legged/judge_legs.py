@@ -14,6 +14,8 @@ from footfall.robot.legged.tree import RobotTree
 
 SAME = 0.005
 """Legs of a group are the same where they differ by at most this share."""
+SAME_FOOT = 0.05
+"""The same of the radii of their feet, which may be fitted to meshes."""
 MASS_SAME, MASS_NEAR = 0.02, 0.2
 """A weighed mass agrees with the description's within the first share; beyond the second it can't be this robot."""
 
@@ -69,9 +71,9 @@ def judge_posture(model: LeggedModel, name: str, posture: Mapping[str, float]) -
         lower, upper = free[joint].lower, free[joint].upper
         if free[joint].kind != "continuous" and (angle < lower or angle > upper):
             return unusable("posture", name, f"{joint} at {angle:g} is outside its limits {lower:g} … {upper:g}")
+    moved = {joint for leg in model.legs for joint in leg.joints}
     missing = [joint for joint in free if joint not in posture]
     if missing:
-    moved = {joint for leg in model.legs for joint in leg.joints}
         parts = (
             ([joint for joint in missing if joint in moved], "taken at 0"),
             ([joint for joint in missing if joint not in moved], "held in the middle"),
@@ -150,6 +152,9 @@ def _differences(tree: RobotTree, a: LegChain, b: LegChain) -> Iterator[Finding]
     if abs(lengths_a - lengths_b)[worst] > SAME * lengths_a.sum():
         text = f"from {b.joints[worst]} on one is {lengths_b[worst]:z.4f} m long, the other {lengths_a[worst]:z.4f} m"
         yield doubtful("symmetry", where, text)
+    radius_a, radius_b = a.sole.radius, b.sole.radius
+    if abs(radius_a - radius_b) > SAME_FOOT * max(radius_a, radius_b):
+        yield doubtful("symmetry", where, f"one has a foot of radius {radius_b:.4g} m, the other {radius_a:.4g} m")
     for name_a, name_b in zip(a.joints, b.joints, strict=True):
         one, other = tree.joint(name_b), tree.joint(name_a)
         for what in ("effort", "velocity"):
