@@ -190,6 +190,21 @@ def test_a_server_has_the_robot_of_its_session(described):
     )
 
 
+def test_what_is_no_robot_toml_says_what_it_is_and_what_to_do(described):
+    """A server said that it has the robot of its session, to leave out --robot."""
+    urdf, walk = described / "robot.urdf", ["plan", "walk", described / LEVEL, "--goal", 1, 0]
+    for asked in (walk, ["serve"]):
+        said = run(*asked, "--robot", urdf, code=2).stderr
+        assert "robot.urdf is no robot description: FootFall reads .toml; footfall robot init" in said
+        assert "there is no robot" in run(*asked, "--robot", described / "robbot.toml", code=2).stderr
+
+
+def test_a_robot_may_be_named_by_its_folder(described):
+    """It was refused as a robot that the command does not take, with a list of commands that has it."""
+    assert is_legged(described)
+    assert load_legged(described).digest == load_legged(described / "robot.toml").digest
+
+
 def test_a_route_is_planned_and_walked_along(described, tmp_path):
     known = [described / "level.tif", "--robot", described / "robot.toml"]
     route, walk = tmp_path / "route.npz", tmp_path / "walk.npz"

@@ -35,6 +35,7 @@ def served_robot(robot: str, terrain: Path | None, sim: bool) -> "tuple[LeggedRo
     a robot, and for another robot of ATHLETE's build.
     """
     from footfall.io.any_robot import is_legged, load_legged
+    from footfall.io.robot_files import read_description
     from footfall.io.terrain_files import read_terrain
 
     if is_legged(robot):
@@ -47,6 +48,8 @@ def served_robot(robot: str, terrain: Path | None, sim: bool) -> "tuple[LeggedRo
             raise InvalidInput("a simulated rover needs ground to stand on: give it with --terrain, or --no-sim")
         return body, None
     if robot != SERVED:
+        if Path(robot).suffix:
+            read_description(robot)  # a file that is not there, or is no description, says so itself
         raise InvalidInput(f"a server has the robot of its session, not {robot}; leave out --robot")
     if terrain is not None:
         raise InvalidInput("--terrain goes with --robot; sessions of ATHLETE load their ground in the page")

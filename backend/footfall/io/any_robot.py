@@ -32,7 +32,7 @@ def load_robot(name_or_path: str | Path) -> Robot | LeggedRobot:
 
     Args:
         name_or_path: its name ("athlete", "ambler"), or the path of a description file, of the folder that holds one,
-            or of a robot.toml beside a URDF.
+            which may be a robot.toml beside a URDF.
 
     Returns:
         A Robot of ATHLETE's build, or a LeggedRobot where its file names a URDF.

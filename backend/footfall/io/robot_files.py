@@ -26,10 +26,12 @@ def robot_names() -> list[str]:
 
 
 def robot_toml(name_or_path: str | Path) -> Path:
-    """Where the robot.toml of a robot of SHIPPED_TOML is; any other path stays as it is."""
+    """Where the robot.toml of a robot of SHIPPED_TOML is, or of a folder that holds one; else the path as it is."""
     if str(name_or_path) in SHIPPED_TOML:
         return robot_assets_folder() / str(name_or_path) / "robot.toml"
-    return Path(name_or_path)
+    path = Path(name_or_path)
+    inside = path / "robot.toml"
+    return inside if str(name_or_path) not in robot_names() and inside.is_file() else path
 
 
 def load_robot(name_or_path: str | Path) -> Robot:
@@ -54,7 +56,8 @@ def read_description(path: str | Path) -> RobotDescription:
         known = ", ".join([*robot_names(), *SHIPPED_TOML])
         raise NotFound(f"there is no robot {str(path)!r}: known by name are {known}; else give a description file")
     if path.suffix != ".toml":
-        raise InvalidRobot(f"{path.name} is no robot description: FootFall reads .toml", path=str(path))
+        way = f"; footfall robot init {path} proposes one" if path.suffix.lower() == ".urdf" else ""
+        raise InvalidRobot(f"{path.name} is no robot description: FootFall reads .toml{way}", path=str(path))
     try:
         raw = tomllib.loads(utf8_of(path.read_bytes()))
     except (tomllib.TOMLDecodeError, Unreadable) as err:
