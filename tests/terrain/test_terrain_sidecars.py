@@ -270,6 +270,8 @@ def test_true_north_is_told(tmp_path):
     assert found is not None
     assert found[0] == pytest.approx(np.degrees(np.arctan2(x, y)), abs=0.02)
     assert found[1] < found[0] < found[2]
+    # on other cells too
+    assert read_terrain(tmp_path / "m.tif", resolution=0.25).true_north == found
     # in UTM: about Δλ sin φ
     east = convergence(UTM, (699_000.0, 5_180_000.0, 701_000.0, 5_182_000.0))
     assert east is not None

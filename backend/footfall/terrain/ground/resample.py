@@ -1,5 +1,7 @@
 """The same ground on other cells."""
 
+from dataclasses import replace
+
 import numpy as np
 from numpy.typing import NDArray
 
@@ -21,7 +23,8 @@ def resample(dem: Dem, resolution: float) -> Dem:
         heights[row] = height_at(dem, grid.xs, y)
     if not np.isfinite(heights).any():
         raise InvalidTerrain(f"at cells of {resolution} m no known height is left; choose a finer resolution")
-    return from_heights(heights, resolution, grid.x0, grid.y0, dem.name, provenance=dem.provenance)
+    sampled = from_heights(heights, resolution, grid.x0, grid.y0, dem.name, provenance=dem.provenance)
+    return replace(sampled, true_north=dem.true_north)
 
 
 def square_cells(heights: NDArray, spacing_x: float, spacing_y: float, resolution: float) -> NDArray[np.float64]:
