@@ -27,6 +27,7 @@ from footfall.core.written import number_of, require_no_utf16, require_plain_num
 from footfall.io import scan_text
 from footfall.io.las_projection import coordinate_system
 from footfall.io.other_formats import refuse_other_format
+from footfall.io.pcd_header import header_of, plain_pcd
 from footfall.terrain.scan import Scan
 
 SCANS = (".pcd", ".las", ".laz", ".xyz", ".csv", ".txt", ".vtk")
@@ -146,12 +147,12 @@ def _ply(content: bytes, name: str) -> Scan:
 def _pcd(content: bytes, name: str) -> Scan:
     from pypcd4.pypcd4 import PointCloud
 
-    stated = re.search(rb"^POINTS\s+(\d+)", content[:65536], re.MULTILINE)
-    _require_few(0 if stated is None else int(stated[1]), name)
-    cloud = PointCloud.from_fileobj(io.BufferedReader(io.BytesIO(content)))
-    missing = [axis for axis in "xyz" if axis not in cloud.fields]
+    header = header_of(content)
+    _require_few(header.points, name)
+    missing = [axis for axis in "xyz" if axis not in header.fields]
     if missing:
-        raise InvalidTerrain(f"{name} has no field {', '.join(missing)}; it has {', '.join(cloud.fields)}")
+        raise InvalidTerrain(f"{name} has no field {', '.join(missing)}; it has {', '.join(header.fields)}")
+    cloud = PointCloud.from_fileobj(io.BufferedReader(io.BytesIO(plain_pcd(content, header))))
     points = np.column_stack([np.asarray(cloud.pc_data[axis], np.float64).ravel() for axis in "xyz"])
     if len(points) < cloud.points:
         raise InvalidTerrain(f"{name} is cut: it states {cloud.points} points and holds {len(points)}")
@@ -202,15 +203,16 @@ def require_no_viewpoint(content: bytes, name: str) -> None:
 
 def rounding_of(content: bytes, name: str, points: Array) -> float:
     """How far numbers of 32 bit may move these points [their unit]; 0 where a file has more digits, or is text."""
-    header = content[:65536]
-    of_32 = {
-        ".ply": rb"^property float(?:32)? [xyz]\s*$",
-        ".pcd": rb"^SIZE[ \t]+4\b",
-        ".vtk": rb"^POINTS[ \t]+\d+[ \t]+float\b",
-    }.get(Path(name).suffix.lower())
-    if of_32 is None or re.search(of_32, header, re.MULTILINE) is None:
-        return 0.0
-    return float(np.abs(points).max()) * 2.0**-23
+    ending, header = Path(name).suffix.lower(), content[:65536]
+    if ending == ".pcd":
+        single = header_of(content).single
+    else:
+        said = {
+            ".ply": rb"^property\s+float(?:32)?\s+[xyz]\s*$",
+            ".vtk": rb"^POINTS[ \t]+\d+[ \t]+float\b",
+        }.get(ending)
+        single = said is not None and re.search(said, header, re.MULTILINE) is not None
+    return float(np.abs(points).max()) * 2.0**-23 if single else 0.0
 
 
 _SURFACES = ("triangle", "quad", "polygon")
