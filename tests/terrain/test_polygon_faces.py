@@ -125,6 +125,16 @@ def test_facets_of_stl_have_three_corners_or_are_refused():
         decode_terrain(stl_in_text([halves[0], quads[0] + quads[1][:2]]), "a.stl", resolution=0.5)
 
 
+def test_an_stl_in_text_that_is_cut_in_its_last_solid_is_refused():
+    """Its reader took the solids before: what is cut off was unknown ground, and left out of a robot's shape."""
+    halves = [[(x, 0), (x + 4, 0), (x + 4, 4)] for x in (0, 4)]
+    whole = stl_in_text(halves[:1]) + stl_in_text(halves[1:])
+    assert decode_terrain(whole, "a.stl", resolution=0.5).geometry.bounds[2] > 7.0
+    for cut in (whole[: -len("endsolid a\n")], whole[:-40], stl_in_text(halves)[:-12]):
+        with pytest.raises(InvalidTerrain, match="its last solid has no endsolid: the file is cut"):
+            decode_terrain(cut, "a.stl", resolution=0.5)
+
+
 @pytest.mark.parametrize(
     ("name", "more", "words"),
     [

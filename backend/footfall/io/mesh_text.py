@@ -1,4 +1,6 @@
-"""OBJ and OFF as the readers of meshes take them: they pass over lines that they don't know, such as indented ones."""
+"""OBJ, OFF and STL as the readers of meshes take them: they pass over lines that they don't know, such as indented
+ones, and over the last solid of an STL that is cut.
+"""
 
 import re
 
@@ -37,6 +39,24 @@ def plain_off(content: bytes) -> bytes:
         return content
     lines = (line.partition(b"#")[0].strip() for line in content.split(b"\n"))
     return b"\n".join(line for line in lines if line) + b"\n"
+
+
+def require_whole_stl(content: bytes) -> None:
+    """Raise Unreadable for an STL in text with facets of other than three corners, or with a solid that has no end."""
+    if content[:5].lower() != b"solid" or is_binary_stl(content):
+        return
+    corners = [loop.lower().count(b"vertex") for loop in re.split(rb"(?i)\bendloop\b", content)[:-1]]
+    odd = next((number for number, count in enumerate(corners) if count != 3), None)
+    if odd is not None:
+        raise Unreadable(f"facet {odd} has {corners[odd]} corners; STL has triangles only")
+    behind = re.split(rb"(?i)\bendsolid\b", content)[-1]
+    if re.search(rb"(?i)\bfacet\s+normal\b", behind):
+        raise Unreadable("its last solid has no endsolid: the file is cut")
+
+
+def is_binary_stl(content: bytes) -> bool:
+    """Whether an STL is as long as the triangles that it states; one in text may begin with the same word."""
+    return len(content) == 84 + 50 * int.from_bytes(content[80:84], "little")
 
 
 def _counted_from_one(content: bytes) -> bytes:

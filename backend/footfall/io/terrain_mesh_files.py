@@ -10,7 +10,7 @@ from footfall.core.errors import InvalidTerrain
 from footfall.core.mesh import Mesh
 from footfall.core.misread import Unreadable
 from footfall.core.written import require_plain_numbers
-from footfall.io.mesh_text import plain_obj, plain_off
+from footfall.io.mesh_text import is_binary_stl, plain_obj, plain_off, require_whole_stl
 from footfall.io.polygon_faces import polygons_in, read_polygons
 from footfall.terrain.coarse_digits import require_fine_digits
 from footfall.terrain.dem import Dem
@@ -117,11 +117,8 @@ def _of_library(content: bytes, ending: str) -> tuple[np.ndarray, np.ndarray]:
 
 def _require_faces(content: bytes, ending: str) -> None:
     """Raise Unreadable for faces that the readers pass over or take apart wrongly, without a word."""
-    if ending == "stl" and content[:5].lower() == b"solid" and _is_text(content, ending):
-        corners = [loop.lower().count(b"vertex") for loop in re.split(rb"(?i)\bendloop\b", content)[:-1]]
-        odd = next((number for number, count in enumerate(corners) if count != 3), None)
-        if odd is not None:
-            raise Unreadable(f"facet {odd} has {corners[odd]} corners; STL has triangles only")
+    if ending == "stl":
+        require_whole_stl(content)
     curved = re.search(rb"^[ \t]*(surf|bsp|bzp|cdc|cdp|fo)[ \t]", content, re.MULTILINE) if ending == "obj" else None
     if curved is not None:
         raise Unreadable(
@@ -132,13 +129,8 @@ def _require_faces(content: bytes, ending: str) -> None:
 
 def _is_text(content: bytes, ending: str) -> bool:
     if ending == "stl":
-        return len(content) != 84 + 50 * _stl_count(content)
+        return not is_binary_stl(content)
     return ending != "ply" or re.match(rb"ply\s+format ascii", content) is not None
-
-
-def _stl_count(content: bytes) -> int:
-    """Triangles that a binary STL states."""
-    return int.from_bytes(content[80:84], "little")
 
 
 def _check_whole(content: bytes, ending: str, triangles: int, name: str) -> None:

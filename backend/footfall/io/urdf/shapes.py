@@ -12,7 +12,7 @@ from footfall.core.errors import InvalidRobot
 from footfall.core.mesh import Mesh
 from footfall.core.misread import Unreadable
 from footfall.core.written import number_of
-from footfall.io.mesh_text import plain_obj
+from footfall.io.mesh_text import plain_obj, require_whole_stl
 
 MAX_TRIANGLES = 1_000_000
 MAX_BYTES = 300_000_000
@@ -35,6 +35,8 @@ def read_mesh(path: Path, address: str) -> tuple[Mesh, float]:
     unit = _collada_unit(content, address) if ending == ".dae" else 1.0
     try:
         content = plain_obj(content) if ending == ".obj" else content
+        if ending == ".stl":
+            require_whole_stl(content)
         vertices, triangles = _of_collada(path, content) if ending == ".dae" else _of_trimesh(content, ending)
     except InvalidRobot:
         raise
