@@ -41,6 +41,8 @@ POINTS = [[1.0, 2.0, 3.0], [4.0, 5.0, 7.0]]
         ("a.csv", "x,y,z,height\n1,2,3,9\n4,5,7,9\n"),
         ("a.xyz", "# x y value\n1 2 3\n4 5 7\n"),
         ("a.xyz", "# made by ALS\n1 2 3\n4 5 7\n"),
+        ("a.csv", "x,y,z\n1,2,3,\n4,5,7, \n"),
+        ("a.xyz", "x y z what\n1 2 3 tree top\n4 5 7 ground # by hand, at noon\n"),
     ],
 )
 def test_what_a_heading_calls_the_columns_they_are_in_a_comment_too(name, text):
@@ -60,6 +62,10 @@ def test_what_a_heading_calls_the_columns_they_are_in_a_comment_too(name, text):
         ("# north east down\n1 2 3\n4 5 6\n", "begins with north, east, down: .* none for z"),
         ("# x y depth\n1 2 3\n4 5 6\n", "begins with x, y, depth: .* none for z"),
         ("east,north,up,h\n1,2,3,4\n", "has z twice: east, north, up, h"),
+        ("x y z\n1 7.5 2.5 3.5\n2 8.5 2.5 3.5\n", "line 2 has 4 columns and its heading 3, .* which is x"),
+        ("x y z class\n1 7.5 2.5 3.5 ground\n", "line 2 has 5 columns and its heading 4"),
+        ("x,y,z\n0,0,0\n1,5,2,5,3,5\n", "line 3 has 6 columns and its heading 3, .*a point where a comma"),
+        ("1,5,2,5,3,5\n1,05,2,5,3,5\n2,5,2,5,3,5\n", "line 2 has '05' behind its first comma, .*write a point"),
         ("# lon lat height\n7.5 46.1 500\n7.6 46.2 510\n", "calls its first columns lon, lat, height: reproject"),
     ],
 )

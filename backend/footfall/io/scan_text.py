@@ -11,6 +11,7 @@ from footfall.core.written import how_to_write, number_of
 
 ENDINGS = (".xyz", ".csv", ".txt")
 
+_FRACTION = re.compile("0[0-9]+")
 _UNITS = re.compile(r"[ \t]*[\[(][^\])]*[\])]")
 """Behind the name of a column, such as `` [m]``: no column of its own where blanks separate them."""
 
@@ -34,10 +35,13 @@ def read_points(content: bytes, name: str) -> Array:
     if any(number_of(word) is None for word in words[:3]):
         if not any(word.lstrip("+-.")[:1].isdecimal() for word in words[:3]):
             columns, skip = _columns(words, name), skip + 1
+            _require_called(content, separator, skip, len(words), name)
     elif len(words) < 3:
         raise InvalidTerrain(f"{name} needs three numbers in each row, there are {len(words)}")
     else:
         columns = _columns_of_comment(lines[:skip], separator, len(words), name)
+        if columns is None and separator == ",":
+            _require_no_fractions(lines, skip, name)
     points = _numbers(content, separator, skip, columns or (0, 1, 2), name)
     if len(points) < stated:
         raise InvalidTerrain(f"{name} is cut: it states {stated} points and holds {len(points)}")
@@ -87,6 +91,36 @@ def _columns(words: list[str], name: str) -> tuple[int, int, int]:
     return found["x"][0], found["y"][0], found["z"][0]
 
 
+def _require_called(content: bytes, separator: str | None, skip: int, count: int, name: str) -> None:
+    """Raise InvalidTerrain for a row of more columns than the ``count`` that a heading calls.
+
+    R writes the number of a row before it, and no name above that; x,y,z above 1,5,2,5,3,5 has commas for points.
+    """
+    for line, row in enumerate(_text(content), 1):
+        if line <= skip or len(row.split(separator)) <= count:
+            continue
+        words = [word.strip() for word in re.split("#|//|%", row)[0].split(separator)]
+        # without a separator, the last column may be a text of several words
+        in_words = separator is None and not any(number_of(word) is not None for word in words[count - 1 :])
+        if len(words) > count and any(words[count:]) and not in_words:
+            raise InvalidTerrain(
+                f"{name}: line {line} has {len(words)} columns and its heading {count}, so that which is x is not to "
+                "tell: give each a name, such as id for the number of a row, and write a point where a comma is in "
+                "numbers"
+            )
+
+
+def _require_no_fractions(lines: list[str], skip: int, name: str) -> None:
+    """Raise InvalidTerrain for a second column that is a fraction behind a comma, such as 05: 1,05,2,5,3,25."""
+    for line, row in enumerate(lines[skip:-1], skip + 1):
+        second = [*row.split(","), ""][1].strip()
+        if _FRACTION.fullmatch(second):
+            raise InvalidTerrain(
+                f"{name}: line {line} has {second!r} behind its first comma, which is no number but a fraction: write "
+                "a point where a comma is in numbers"
+            )
+
+
 def _called(words: list[str]) -> dict[str, list[int]]:
     """Columns by the axis that a heading calls them: by its letter, else by other names of it."""
     numbered = list(enumerate(_plain(words)))
@@ -125,7 +159,7 @@ def _plain(words: list[str]) -> list[str]:
 def _numbers(content: bytes, separator: str | None, skip: int, columns: tuple[int, ...], name: str) -> Array:
     try:
         return np.loadtxt(
-            io.StringIO(content.decode("utf-8", "replace").lstrip("\ufeff")),
+            _text(content),
             delimiter=separator,
             skiprows=skip,
             usecols=columns,
@@ -133,13 +167,17 @@ def _numbers(content: bytes, separator: str | None, skip: int, columns: tuple[in
             ndmin=2,
         )
     except (ValueError, IndexError) as err:
-        where = _no_number(content.decode("utf-8", "replace").lstrip("\ufeff"), separator, skip, columns)
+        where = _no_number(_text(content), separator, skip, columns)
         raise InvalidTerrain(f"{name}: {where}; the columns x, y and z need a number in each row") from err
 
 
-def _no_number(text: str, separator: str | None, skip: int, columns: tuple[int, ...]) -> str:
+def _text(content: bytes) -> io.StringIO:
+    return io.StringIO(content.decode("utf-8", "replace").lstrip("\ufeff"))
+
+
+def _no_number(text: io.StringIO, separator: str | None, skip: int, columns: tuple[int, ...]) -> str:
     """The first place of a text where one of these columns has no number."""
-    for line, written in enumerate(io.StringIO(text), 1):
+    for line, written in enumerate(text, 1):
         row = re.split("#|//|%", written)[0]
         if line <= skip or not row.strip():
             continue
