@@ -151,6 +151,13 @@ def test_keys_of_a_las_file_count_as_its_wkt(points, keys, words):
         decode_terrain(las(points, keys=keys), "a.las", resolution=0.5)
 
 
+@pytest.mark.parametrize(("model", "words"), [(2, "geographic, in degrees"), (3, "geocentric")])
+def test_a_las_file_on_the_globe_without_a_code_is_refused_whatever_unit_is_said(points, model, words):
+    content = las(points, keys=[(1024, model), (2048, 32767)])
+    with pytest.raises(InvalidTerrain, match=f"coordinates of a.las are {words}, as its keys say"):
+        decode_terrain(content, "a.las", unit="m", resolution=0.5)
+
+
 def test_a_las_file_tells_true_north_by_wkt_and_by_keys(points):
     utm = CRS.from_epsg(32633)
     for content in (las(points, wkt=utm.to_wkt()), las(points, keys=[(3072, 32633), (4096, 5703)])):

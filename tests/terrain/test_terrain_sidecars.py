@@ -102,6 +102,18 @@ def test_a_no_data_value_and_a_scale_beside_are_heeded(tmp_path, made):
     np.testing.assert_allclose(read_terrain(path).heights[::-1], 10 * np.round(HEIGHTS, 2) - 2, rtol=1e-6)
 
 
+@pytest.mark.parametrize("version", ["1.0", "1.1"])
+@pytest.mark.parametrize(("heights", "words"), [(5715, "depths"), (6360, "US survey foot"), (8051, "depths")])
+def test_heights_that_a_geotiff_of_any_version_names_are_heeded(tmp_path, version, heights, words):
+    """GDAL says nothing of them where the file is of version 1.0, so that depths were heights."""
+    path = geotiff(tmp_path / "a.tif", crs=CRS.from_user_input(f"EPSG:32633+{heights}"), GEOTIFF_VERSION=version)
+    with pytest.raises(InvalidTerrain, match=words):
+        read_terrain(path)
+    metres = geotiff(tmp_path / "b.tif", crs=CRS.from_user_input("EPSG:32633+5703"), GEOTIFF_VERSION=version)
+    found = read_terrain(metres).true_north
+    assert found == pytest.approx(read_terrain(geotiff(tmp_path / "c.tif")).true_north)
+
+
 def test_statistics_beside_change_nothing(tmp_path):
     path = asc(tmp_path / "s.asc")
     alone = read_terrain(path)

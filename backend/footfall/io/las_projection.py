@@ -9,6 +9,7 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from footfall.core.errors import InvalidTerrain
+from footfall.io.geo_keys import HEIGHTS, LENGTHS, METRE, USER_DEFINED, require_metres
 
 if TYPE_CHECKING:
     from rasterio.crs import CRS
@@ -24,10 +25,10 @@ def projection_in(content: bytes, name: str) -> "CRS | None":
         return coordinate_system(opened.header, name)
 
 
-_PROJECTED, _GEOGRAPHIC, _VERTICAL, _LENGTHS, _HEIGHTS = 3072, 2048, 4096, 3076, 4099
-"""Keys of GeoTIFF, which LAS files use too."""
-_MODEL, _IS_PROJECTED, _USER_DEFINED = 1024, 1, 32767
-_METRE = 9001
+_PROJECTED, _GEOGRAPHIC, _VERTICAL = 3072, 2048, 4096
+_MODEL, _IS_PROJECTED = 1024, 1
+_ON_THE_GLOBE = {2: "geographic, in degrees", 3: "geocentric"}
+"""Kinds of coordinates that need no code for it to be told that they are no metres on a map."""
 _OLD_HEIGHTS = frozenset((*range(5001, 5034), *range(5101, 5107)))
 """Codes of heights of the first GeoTIFF, such as 5103 (NAVD 88), which EPSG has for other things."""
 
@@ -45,41 +46,38 @@ def coordinate_system(header: Any, name: str) -> "CRS | None":
             return check_projection_text(wkt, name)
     if not records:
         return None
-    _require_metres("lengths", keys.get(_LENGTHS, _METRE), name)
+    require_metres("lengths", keys.get(LENGTHS, METRE), name)
     _require_heights_in_metres(keys, name)
     found = {number: _of_epsg(keys[number], name) for number in (_PROJECTED, _GEOGRAPHIC) if _is_code(keys, number)}
-    if keys.get(_PROJECTED) == _USER_DEFINED:
+    if keys.get(_PROJECTED) == USER_DEFINED:
         found[_PROJECTED] = _of_all_keys(header, name)
     if _PROJECTED in found or keys.get(_MODEL) == _IS_PROJECTED:
         found.pop(_GEOGRAPHIC, None)  # what the projection is made from
     for one in found.values():
         check_crs(one, name)
+    if _PROJECTED not in found and (kind := _ON_THE_GLOBE.get(keys.get(_MODEL, 0))) is not None:
+        raise InvalidTerrain(f"the coordinates of {name} are {kind}, as its keys say; reproject it, such as to UTM")
     return found.get(_PROJECTED)
 
 
 def _is_code(keys: Mapping[int, int], number: int) -> bool:
-    return 0 < keys.get(number, 0) < _USER_DEFINED
+    return 0 < keys.get(number, 0) < USER_DEFINED
 
 
 def _require_heights_in_metres(keys: Mapping[int, int], name: str) -> None:
     from footfall.io.terrain_projection import check_crs
 
-    _require_metres("heights", keys.get(_HEIGHTS, _METRE), name)
+    require_metres("heights", keys.get(HEIGHTS, METRE), name)
     if not _is_code(keys, _VERTICAL):
         return
     code = keys[_VERTICAL]
     if code not in _OLD_HEIGHTS:
         check_crs(_of_epsg(code, name), name)
-    elif keys.get(_HEIGHTS) != _METRE:
+    elif keys.get(HEIGHTS) != METRE:
         raise InvalidTerrain(
             f"{name} names its heights by the old code {code}, which says no unit, and states none: let it say "
-            f"VerticalUnits {_METRE} (metres) where these are metres, or reproject it first"
+            f"VerticalUnits {METRE} (metres) where these are metres, or reproject it first"
         )
-
-
-def _require_metres(kind: str, unit: int, name: str) -> None:
-    if unit not in (0, _METRE):
-        raise InvalidTerrain(f"{name} has {kind} in another unit than metres (EPSG:{unit}); reproject it first")
 
 
 def _of_epsg(code: int, name: str) -> "CRS":
@@ -123,7 +121,7 @@ def _of_all_keys(header: Any, name: str) -> "CRS":
             crs = None
     if crs is None or not crs.is_projected:
         raise InvalidTerrain(
-            f"{name} has a projection of its own (ProjectedCSType {_USER_DEFINED}) that its keys don't describe; let "
+            f"{name} has a projection of its own (ProjectedCSType {USER_DEFINED}) that its keys don't describe; let "
             "it state an EPSG code or WKT, or reproject it, such as to UTM"
         )
     return crs

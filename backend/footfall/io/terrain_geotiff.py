@@ -26,6 +26,7 @@ from footfall.core.arrays import Array
 from footfall.core.errors import InvalidTerrain
 from footfall.core.grid import GridGeometry
 from footfall.io.band_meaning import check_band_is_of_heights
+from footfall.io.geo_keys import geo_keys, require_metres_by_keys
 from footfall.io.terrain_projection import check_crs, check_true_to_scale, convergence
 from footfall.io.terrain_sidecars import mask_beside, place_beside
 from footfall.terrain.dem import Dem
@@ -62,14 +63,19 @@ def read_raster(source: bytes | Path, name: str, resolution: float | None = None
     with warnings.catch_warnings():
         warnings.simplefilter("ignore", NotGeoreferencedWarning)
         try:
-            if isinstance(source, Path):
-                with rasterio.open(source, driver="AAIGrid" if source.suffix.lower() == ".asc" else "GTiff") as opened:
-                    _check_beside(opened, source)
-                    return _read(opened, name, resolution, projection)
-            with MemoryFile(source) as memory, memory.open(driver="GTiff") as opened:
-                return _read(opened, name, resolution, projection)
+            with rasterio.Env(GTIFF_REPORT_COMPD_CS=True):
+                if isinstance(source, Path):
+                    kind = "AAIGrid" if source.suffix.lower() == ".asc" else "GTiff"
+                    with rasterio.open(source, driver=kind) as opened:
+                        _check_beside(opened, source)
+                        dem = _read(opened, name, resolution, projection)
+                else:
+                    with MemoryFile(source) as memory, memory.open(driver="GTiff") as opened:
+                        dem = _read(opened, name, resolution, projection)
         except (RasterioError, CRSError, CPLE_BaseError, OSError, ValueError) as err:
             raise InvalidTerrain(f"{name} can't be read as a raster: it or a file beside it may be corrupt") from err
+    require_metres_by_keys(geo_keys(source), name)
+    return dem
 
 
 def _check_beside(source: DatasetReader, path: Path) -> None:
