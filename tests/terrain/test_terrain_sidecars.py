@@ -139,6 +139,18 @@ def cloud(dem, path):
     np.savetxt(path, np.column_stack([x.ravel(), y.ravel(), dem.heights.ravel()]), fmt="%.3f")
 
 
+@pytest.mark.parametrize("own", [None, 'LOCAL_CS["site",UNIT["metre",1],AXIS["East",EAST],AXIS["North",NORTH]]'])
+def test_a_projection_beside_a_raster_in_local_coordinates_is_heeded(tmp_path, own):
+    """Of the scale, and of true north; a local system of its own made it be passed over."""
+    crs = None if own is None else CRS.from_wkt(own)
+    path = geotiff(tmp_path / "a.tif", crs=crs, transform=AT)
+    (tmp_path / "a.prj").write_text(UTM.to_wkt())
+    assert read_terrain(path).true_north == read_terrain(geotiff(tmp_path / "b.tif")).true_north
+    (tmp_path / "a.prj").write_text(CRS.from_epsg(3857).to_wkt())
+    with pytest.raises(InvalidTerrain, match="not true to scale"):
+        read_terrain(path)
+
+
 @pytest.mark.parametrize("ending", ["obj", "off", "npz", "xyz"])
 def test_a_projection_beside_is_heeded_beside_every_kind_of_file(tmp_path, ending):
     """As beside a grid: units, whether it is true to scale, and where true north is."""

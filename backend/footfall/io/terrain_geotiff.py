@@ -54,7 +54,7 @@ def read_raster(source: bytes | Path, name: str, resolution: float | None = None
     """First band of a GeoTIFF, with its scale, offset and no-data value applied; all bands of a file of ours.
 
     source: its content, or its path: then GDAL heeds the files beside it, and it may be an ASCII grid.
-    projection: what a ``.prj`` beside says, of a file that says nothing itself.
+    projection: what a ``.prj`` beside says, of a file that names no projection itself.
     resolution: cell size [file's unit] of a file without georeferencing, whose south-west cell then
     lies at (0, 0). Raises InvalidTerrain for degrees and other units than metres, projections that are not true to
     scale, rotated or oblong cells, pictures, bands of something else, numbers that stand for no value undeclared, and
@@ -103,13 +103,15 @@ def _read(source: DatasetReader, name: str, resolution: float | None, projection
     _check_placed_by_grid(source, name)
     _check_holds_heights(source, name)
     transform = _transform(source, name, resolution)
-    check_true_to_scale(source.crs or projection, source.bounds, name)
+    # a local system says nothing of the globe, what lies beside may
+    crs = source.crs if source.crs is not None and source.crs.is_projected else projection
+    check_true_to_scale(crs, source.bounds, name)
     heights = _heights(source, name)
     if transform.e < 0:
         heights = heights[::-1]
     edge = transform.f + (source.height if transform.e < 0 else 0) * transform.e
     dem = from_heights(heights, transform.a, transform.c + transform.a / 2, edge + transform.a / 2, name)
-    dem = replace(dem, true_north=convergence(source.crs or projection, source.bounds))
+    dem = replace(dem, true_north=convergence(crs, source.bounds))
     return _remembering(dem, source)
 
 
