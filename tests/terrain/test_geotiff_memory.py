@@ -4,6 +4,7 @@ import numpy as np
 import pytest
 import rasterio
 from rasterio.io import MemoryFile
+from rasterio.transform import Affine
 
 from footfall.core.errors import InvalidTerrain
 from footfall.core.grid import GridGeometry
@@ -37,6 +38,24 @@ def test_every_layer_comes_back_to_the_bit(remembered):
         assert getattr(again, name).dtype == getattr(remembered, name).dtype
     assert again.sources == remembered.sources
     assert again.geometry.x0 == pytest.approx(remembered.geometry.x0)
+
+
+def test_layers_are_of_their_cells_where_rows_begin_in_the_south(remembered):
+    """Heights were turned with the rows, what is remembered of them was not."""
+    with MemoryFile(write_geotiff(remembered)) as memory, memory.open() as source:
+        bands, tags, profile = source.read(), source.tags(), source.profile
+        south = source.bounds.bottom
+    at = profile["transform"]
+    profile["transform"] = Affine(at.a, 0, at.c, 0, at.a, south)
+    with MemoryFile() as memory:
+        with memory.open(**profile) as target:
+            target.write(bands[:, ::-1])
+            target.update_tags(SOURCES=tags["SOURCES"])
+            target.descriptions = BANDS
+        again = read_raster(bytes(memory.read()), "again")
+    for name in ("heights", "variance", "count", "time", "source"):
+        np.testing.assert_array_equal(getattr(again, name), getattr(remembered, name), name)
+    assert again.geometry.y0 == pytest.approx(remembered.geometry.y0)
 
 
 def test_bands_are_named_and_mean_what_they_say(remembered):

@@ -106,13 +106,14 @@ def _read(source: DatasetReader, name: str, resolution: float | None, projection
     # a local system says nothing of the globe, what lies beside may
     crs = source.crs if source.crs is not None and source.crs.is_projected else projection
     check_true_to_scale(crs, source.bounds, name)
+    from_north = transform.e < 0
     heights = _heights(source, name)
-    if transform.e < 0:
+    if from_north:
         heights = heights[::-1]
-    edge = transform.f + (source.height if transform.e < 0 else 0) * transform.e
+    edge = transform.f + (source.height if from_north else 0) * transform.e
     dem = from_heights(heights, transform.a, transform.c + transform.a / 2, edge + transform.a / 2, name)
     dem = replace(dem, true_north=convergence(crs, source.bounds))
-    return _remembering(dem, source)
+    return _remembering(dem, source, from_north)
 
 
 def _check_placed_by_grid(source: DatasetReader, name: str) -> None:
@@ -180,8 +181,8 @@ def _check_holds_heights(source: DatasetReader, name: str) -> None:
     check_band_is_of_heights(source, name)
 
 
-def _remembering(dem: Dem, source: DatasetReader) -> Dem:
-    """The terrain with its memory layers, where the file holds them."""
+def _remembering(dem: Dem, source: DatasetReader, from_north: bool) -> Dem:
+    """The terrain with its memory layers, where the file holds them. from_north: its rows begin in the north."""
     names = source.tags().get("SOURCES")
     if source.descriptions != BANDS or names is None:
         return dem
@@ -191,7 +192,7 @@ def _remembering(dem: Dem, source: DatasetReader) -> Dem:
         raise InvalidTerrain(f"the tag SOURCES of {dem.name} is no list of names") from err
     if not isinstance(sources, list) or not all(isinstance(one, str) for one in sources):
         raise InvalidTerrain(f"the tag SOURCES of {dem.name} is no list of names")
-    variance, time, count, number = (source.read(band)[::-1] for band in (2, 3, 6, 7))
+    variance, time, count, number = (source.read(band)[:: -1 if from_north else 1] for band in (2, 3, 6, 7))
     known = np.isfinite(dem.heights)
     whole = np.stack([count[known], number[known]])
     if not ((whole >= 0) & (whole <= 65535) & (whole == np.rint(whole))).all() or (whole[1] > 255).any():
