@@ -50,6 +50,24 @@ def test_arrays_that_would_change_depths_are_refused_by_name(said):
     read_depth(packed(name="of May", time=1.0), "a.npz")
 
 
+@pytest.mark.parametrize("shape", [(5,), (1, 5), (5, 1)])
+def test_depths_of_a_lens_that_distorts_are_refused(shape):
+    """As OpenCV saves it, the array was passed over, or called damaged."""
+    for name in ("D", "dist_coeffs"):
+        with pytest.raises(InvalidTerrain, match=f"has an array {name}, of a lens that distorts"):
+            read_depth(packed(**{name: np.full(shape, 0.1)}), "a.npz")
+        read_depth(packed(**{name: np.zeros(shape)}), "a.npz")
+
+
+def test_a_camera_matrix_beside_another_calibration_is_refused():
+    K = np.array([[100.0, 0, 1], [0, 100, 1], [0, 0, 1]])
+    read_depth(packed(K=K, intrinsics="of May"), "a.npz")
+    with pytest.raises(
+        InvalidTerrain, match=r"camera matrix \[\[200.0, 0.0, 2.0\].* would be read with fx 100, fy 100"
+    ):
+        read_depth(packed(K=2 * K), "a.npz")
+
+
 def test_the_highest_count_of_16_bits_is_no_depth():
     """It was ground 65.5 m away."""
     depth = np.array([[1500, 65535], [1600, 1700]], np.uint16)

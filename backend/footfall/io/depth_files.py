@@ -18,6 +18,7 @@ from PIL import Image
 
 from footfall.core.arrays import Array
 from footfall.core.errors import InvalidTerrain
+from footfall.core.misread import Unreadable
 from footfall.io.image_files import MAX_PIXELS, of_larger_images
 from footfall.io.scan_files import scan_of
 from footfall.io.terrain_grid_files import check_npz_size
@@ -32,17 +33,23 @@ _METRES = ("", "m", "metre", "metres", "meter", "meters")
 _UNITS = ("unit", "units", "depth_unit", "depth_units")
 _UNREAD = ("scale", "offset", "nodata", "no_data", "fill_value", "mask", "valid")
 """Arrays of an ``.npz`` that would change what its depths mean."""
+_LENS = ("d", "dist", "dist_coeffs", "distortion", "distortion_coeffs", "distortion_coefficients")
+"""Arrays of a lens's distortion, of which zeros change nothing."""
+_COEFFICIENTS = 14
+_MATRIX = ("k", "camera_matrix", "intrinsics", "intrinsic_matrix")
+"""Arrays that say the calibration once more, (3, 3)."""
 MEMBERS = ("focal_length", "fx", "fy", "cx", "cy", "depth_scale")
 
 
 def read_depth(content: bytes, name: str, calibration: Mapping[str, object] | None = None) -> Scan:
     """The points of a depth image in the frame of its camera, z forward, x to the right, y down [m]."""
     members: dict[str, object] = dict(calibration or {})
+    matrix: Array | None = None
     unknown = sorted(set(members) - set(MEMBERS))
     if unknown:
         raise InvalidTerrain(f"the calibration of {name} may have {', '.join(MEMBERS)}, not {', '.join(unknown)}")
     if name.lower().endswith(".npz"):
-        depth, own, whole, unit = _npz(content, name)
+        depth, own, whole, unit, matrix = _npz(content, name)
         members = {**own, **members}
         if unit not in _METRES and "depth_scale" not in members:
             raise InvalidTerrain(
@@ -61,6 +68,11 @@ def read_depth(content: bytes, name: str, calibration: Mapping[str, object] | No
     cx, cy = (_number(members, one, name) for one in ("cx", "cy"))
     if fx <= 0 or fy <= 0:
         raise InvalidTerrain(f"the focal length of {name} must be above zero [px]")
+    if matrix is not None and not np.allclose([fx, fy, cx, cy], matrix[[0, 1, 0, 1], [0, 1, 2, 2]], rtol=1e-3):
+        raise InvalidTerrain(
+            f"{name} has the camera matrix {matrix[:2].round(2).tolist()}, and would be read with fx {fx:g}, "
+            f"fy {fy:g}, cx {cx:g}, cy {cy:g}; state those of the image as it is, or leave the matrix out"
+        )
     rows, cols = depth.shape
     if of_larger_images(cx, cy, cols, rows):
         raise InvalidTerrain(
@@ -74,23 +86,34 @@ def read_depth(content: bytes, name: str, calibration: Mapping[str, object] | No
     return scan_of(points, name, unit="m", camera=True)
 
 
-def _npz(content: bytes, name: str) -> tuple[Array, dict[str, object], bool, str]:
-    """Depth, what it says of the calibration, whether the depths are whole numbers, and the unit that it states."""
+def _npz(content: bytes, name: str) -> tuple[Array, dict[str, object], bool, str, Array | None]:
+    """Depth, what it says of the calibration, whether the depths are whole numbers, the unit that it states, and a
+    camera matrix.
+    """
     try:
         with zipfile.ZipFile(io.BytesIO(content)) as packed:
-            check_npz_size(packed, name)
+            check_npz_size(packed, name, small=_LENS)
         with np.load(io.BytesIO(content), allow_pickle=False) as archive:
             found = {one: archive[one] for one in ("depth", *MEMBERS) if one in archive.files}
             units = [str(archive[one].item()) for one in archive.files if one.lower() in _UNITS]
             unread = sorted(one for one in archive.files if one.lower() in _UNREAD)
+            bent = [one for one in archive.files if one.lower() in _LENS and _bends(archive[one])]
+            matrices = [archive[one] for one in archive.files if one.lower() in _MATRIX]
     except MemoryError:
         raise
+    except Unreadable as err:
+        raise InvalidTerrain(f"{name} can't be read: {err}") from err
     except Exception as err:  # damaged archives raise whatever zip and numpy trip over
         raise InvalidTerrain(f"{name} is damaged, or no npz archive of arrays") from err
     if unread:
         raise InvalidTerrain(
             f"{name} has an array {unread[0]}, which would be passed over; make depths without a value NaN or 0, scale "
             "them by depth_scale alone, and leave it out"
+        )
+    if bent:
+        raise InvalidTerrain(
+            f"{name} has an array {bent[0]}, of a lens that distorts: depths are read of rectified images; rectify it, "
+            "and leave that array out"
         )
     if "depth" not in found:
         raise InvalidTerrain(f"{name} has no array 'depth' (rows, cols) [m]")
@@ -102,7 +125,12 @@ def _npz(content: bytes, name: str) -> tuple[Array, dict[str, object], bool, str
     counts = depth.astype(np.float64)
     if whole:
         counts[counts == _HIGHEST] = np.nan
-    return counts, own, whole, units[0].strip().lower() if units else ""
+    matrix = next((one for one in matrices if one.shape == (3, 3) and one.dtype.kind in "fiu"), None)
+    return counts, own, whole, units[0].strip().lower() if units else "", matrix
+
+
+def _bends(lens: Array) -> bool:
+    return lens.dtype.kind in "fiu" and lens.size <= _COEFFICIENTS and bool(lens.any())
 
 
 def _whole_floats(depth: Array) -> bool:

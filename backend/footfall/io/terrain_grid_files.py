@@ -24,6 +24,7 @@ _MEMORY = ("variance", "count", "time", "source")
 _MEANING = {"unit", "units", "scale", "offset", "nodata", "no_data", "fill_value", "mask", "crs", "transform"}
 """Arrays that would change what heights mean; others, such as a name, change nothing."""
 _LONGEST_SOURCES = 1 << 16
+_FEW = 64
 _ASC_NODATA = -9999.0
 _LONGEST_LINE = 1000
 """Of a header; what is longer holds heights."""
@@ -174,8 +175,11 @@ def _sources(text: np.ndarray) -> tuple[str, ...]:
     return tuple(names)
 
 
-def check_npz_size(archive: zipfile.ZipFile, name: str) -> None:
-    """Refuse by the header alone, so that a small file can't ask for much memory."""
+def check_npz_size(archive: zipfile.ZipFile, name: str, small: tuple[str, ...] = ()) -> None:
+    """Refuse by the header alone, so that a small file can't ask for much memory.
+
+    small: names, in lower case, of arrays that may be a row of a few numbers.
+    """
     for member in archive.namelist():
         with archive.open(member) as stream:
             version = np.lib.format.read_magic(stream)
@@ -185,7 +189,10 @@ def check_npz_size(archive: zipfile.ZipFile, name: str) -> None:
             raise Unreadable(f"{member} holds Python objects (a pickle), which are never read")
         if len(shape) == 2:
             check_cell_count(*shape)
-        elif member == "sources.npy" and len(shape) == 1 and dtype == np.uint8 and shape[0] <= _LONGEST_SOURCES:
+        elif len(shape) == 1 and (
+            (member == "sources.npy" and dtype == np.uint8 and shape[0] <= _LONGEST_SOURCES)
+            or (member.removesuffix(".npy").lower() in small and shape[0] <= _FEW and dtype.itemsize <= 8)
+        ):
             continue
         elif shape not in ((), (1,)) or dtype.itemsize > 64:
             raise Unreadable(f"{member} has the shape {shape}")
