@@ -28,6 +28,15 @@ _ABOUT_HEIGHTS = re.compile(
 )
 """Of heights, and no heights themselves."""
 
+_OF_THINGS = re.compile(
+    r"\b(?:canopy|vegetation|trees?|buildings?|snow|waves?|clouds?|geoid)(?: surface| top)? (?:heights?|elevations?)\b|"
+    r"\bheights?(?: of [a-z ]+)? above (?:the )?(?:ground|nearest|terrain)\b|\b(?:chm|ndsm)\b|\bcanopy height model\b",
+    re.IGNORECASE,
+)
+"""Heights of what stands on the ground or lies over it, counted from there; of the geoid over the ellipsoid."""
+_BEHIND = re.compile(r"[,;(]| (?:from|by|with|without|of|for|at|in|above|over|on|relative|derived|after|using)\b")
+"""Where a name goes on to say how it was made, or of what."""
+
 _METRES = re.compile(r"(?:m|met(?:re|er)s?)(?: *(?:a\.?s\.?l\.?|above\b.*|\(.*\)))?|", re.IGNORECASE)
 _NAMES = ("long_name", "standard_name", "description", "name", "band_name", "netcdf_varname", "grib_comment")
 _UNITS = ("units", "unit", "unittype", "grib_unit")
@@ -87,8 +96,10 @@ def _check_coordinates(tags: dict[str, str], name: str) -> None:
 def _may_be_heights(about: str, sole: bool) -> bool:
     """Whether a band of that name may hold heights; beside others it has to be called so."""
     words = re.sub(r"(?<=[a-z])(?=[A-Z])|[_\-./]+", " ", re.sub(r"\([^)]*[0-9][^)]*\)|\[.*?\]", "", about))
-    if _ABOUT_HEIGHTS.search(words):
+    if _ABOUT_HEIGHTS.search(words) or _OF_THINGS.search(words):
         return False
     if _HEIGHTS.search(words):
-        return True
+        # the last noun says what it is: a DEM slope is a slope, a DEM by thermal images a DEM
+        ends = [[found.end() for found in kind.finditer(_BEHIND.split(words)[0])] for kind in (_OTHERS, _HEIGHTS)]
+        return max(ends[0], default=-1) <= max(ends[1], default=-1)
     return sole and not _OTHERS.search(words)
