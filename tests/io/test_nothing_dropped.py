@@ -2,6 +2,7 @@
 
 import csv
 import json
+import re
 from io import BytesIO, StringIO
 
 import numpy as np
@@ -112,6 +113,15 @@ def test_comments_that_tell_something_of_fprime_are_read(old, new, says):
     assert old in text
     with pytest.raises(InvalidSequence, match=says):
         from_fprime.decode(text.replace(old, new, 1).encode())
+
+
+def test_two_sequences_of_fprime_in_one_file_are_refused():
+    """Without numbers of rows all commands were taken to start from what the last header says."""
+    text = export(four_kinds(), "fprime").decode()
+    plain = re.sub(r" *; \{.*", "", text)
+    assert len(from_fprime.decode(plain.encode()).commands) == len(four_kinds().commands)
+    with pytest.raises(InvalidSequence, match="is a second comment '; footfall-sequence'"):
+        from_fprime.decode((plain + plain).encode())
 
 
 def test_messages_that_are_not_those_of_the_attachment_are_refused():

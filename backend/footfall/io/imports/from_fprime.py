@@ -34,6 +34,8 @@ def decode(data: bytes) -> ParsedSequence:
     header, commands, rows = None, [], []
     for number, line in enumerate(text_of(data).split("\n"), start=1):
         if line.startswith(HEADER):
+            if header is not None:
+                raise InvalidSequence(f"line {number} is a second comment {HEADER.strip()!r}: give one sequence a file")
             header = json_of(line.removeprefix(HEADER))
         elif line.strip() and not line.startswith(";"):
             asked, row = _command(f"line {number}", line.strip())
