@@ -108,3 +108,44 @@ def test_the_place_of_an_ascii_grid_needs_its_digits():
         decode_terrain(made.format(500000, "4.12346e+06").encode(), "a.asc")
     for place in ("4123460", "4123463.2", "4.123463200e+06", "5e5", "1.5e+01"):
         assert decode_terrain(made.format(500000, place).encode(), "a.asc").geometry.y0 == float(place) + 0.25
+
+
+def scattered(place, count=900):
+    """Points of smooth ground at no round places, and the faces of a grid of them."""
+    x, y = (a.ravel() for a in np.meshgrid(np.arange(COUNT) * 0.2, np.arange(COUNT) * 0.2))
+    x, y = (a + np.random.default_rng(3).uniform(0.0, 0.09, (2, count))[i] for i, a in enumerate((x, y)))
+    return np.column_stack([x + place[0], y + place[1], 100.0 + 0.1 * np.sin(x)])
+
+
+def held_by_32_bits(points):
+    return points.astype(np.float32).astype(np.float64)
+
+
+@pytest.mark.parametrize("form", ["%.9g", "%.3f", "%.6f"])
+@pytest.mark.parametrize("place", [(500_000.3, 5_180_000.2), (700_000.3, 400_000.2), (-300_000.3, 12.0)])
+def test_text_of_numbers_that_had_32_bits_is_refused_far_away(place, form):
+    """More digits don't bring back what 32 bits had lost: northings were in steps of half a metre."""
+    for write in WRITERS:
+        if (write, form) == (pcd, "%.9g"):
+            continue  # the same, to its own digits
+        for points, taken in ((scattered(place), True), (held_by_32_bits(scattered(place)), False)):
+            content, name, options = write(points, form)
+            if taken:
+                assert np.isfinite(decode_terrain(content, name, resolution=0.2, **options).heights).mean() > 0.5
+                continue
+            with pytest.raises(InvalidTerrain, match="keeps seven digits"):
+                decode_terrain(content, name, resolution=0.2, **options)
+
+
+def test_text_of_numbers_that_had_32_bits_is_read_where_these_have_digits_enough():
+    for place in ((3_000.3, 900.2), (0.0, 0.0), (70_000.0, 100.0)):
+        content, name, options = xyz(held_by_32_bits(scattered(place)), "%.9g")
+        assert decode_terrain(content, name, resolution=0.2, **options).geometry.rows > 20
+
+
+@pytest.mark.parametrize("spacing", [0.0625, 0.125, 0.25, 0.5])
+def test_maps_in_steps_of_a_power_of_two_are_read_far_away(spacing):
+    """Cells of an eighth of a metre about the middle of a map: all are numbers that 32 bits hold, at 500 km."""
+    for offset in (0.0, 0.5 * spacing):
+        content, name, options = xyz(grid(spacing, (500_000.0 + offset, 4_123_460.0 + offset)), "%.9f")
+        assert decode_terrain(content, name, resolution=spacing, **options).geometry.resolution == spacing

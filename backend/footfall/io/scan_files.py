@@ -28,6 +28,7 @@ from footfall.io import scan_text
 from footfall.io.las_projection import coordinate_system
 from footfall.io.other_formats import refuse_other_format
 from footfall.io.pcd_header import header_of, plain_pcd
+from footfall.terrain.coarse_digits import of_32_bits
 from footfall.terrain.scan import Scan
 
 SCANS = (".pcd", ".las", ".laz", ".xyz", ".csv", ".txt", ".vtk")
@@ -202,7 +203,7 @@ def require_no_viewpoint(content: bytes, name: str) -> None:
 
 
 def rounding_of(content: bytes, name: str, points: Array) -> float:
-    """How far numbers of 32 bit may move these points [their unit]; 0 where a file has more digits, or is text."""
+    """How far numbers of 32 bit may move these points [their unit]; 0 where a file has more digits, and uses them."""
     ending, header = Path(name).suffix.lower(), content[:65536]
     if ending == ".pcd":
         single = header_of(content).single
@@ -212,7 +213,7 @@ def rounding_of(content: bytes, name: str, points: Array) -> float:
             ".vtk": rb"^POINTS[ \t]+\d+[ \t]+float\b",
         }.get(ending)
         single = said is not None and re.search(said, header, re.MULTILINE) is not None
-    return float(np.abs(points).max()) * 2.0**-23 if single else 0.0
+    return float(np.abs(points).max()) * 2.0**-23 if single or of_32_bits(points) else 0.0
 
 
 _SURFACES = ("triangle", "quad", "polygon")

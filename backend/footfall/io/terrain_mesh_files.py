@@ -12,7 +12,7 @@ from footfall.core.misread import Unreadable
 from footfall.core.written import require_plain_numbers
 from footfall.io.mesh_text import is_binary_stl, plain_obj, plain_off, require_whole_stl
 from footfall.io.polygon_faces import polygons_in, read_polygons
-from footfall.terrain.coarse_digits import require_fine_digits
+from footfall.terrain.coarse_digits import of_32_bits, require_fine_digits
 from footfall.terrain.dem import Dem
 from footfall.terrain.from_arrays import check_no_value_numbers
 from footfall.terrain.ground.closed import closed_share
@@ -81,7 +81,7 @@ def read_mesh(
             limit=MAX_CLOSED_SHARE,
         )
     dem = terrain_of_mesh(mesh, resolution, name, unit, most_error)
-    if _holds_float32(content, ending) and _blurs(vertices, dem.geometry.resolution):
+    if _blurs(vertices, dem.geometry.resolution) and (_holds_float32(content, ending) or of_32_bits(vertices)):
         raise InvalidTerrain(
             f"{name} keeps seven digits of coordinates up to {np.abs(vertices[:, :2]).max():z.0f} m, so its vertices "
             f"lie up to {_rounding(vertices):.2g} m off; export it about an origin near the ground, or as doubles"
@@ -149,7 +149,7 @@ def _check_whole(content: bytes, ending: str, triangles: int, name: str) -> None
 
 def _holds_float32(content: bytes, ending: str) -> bool:
     header = content[: content.find(b"end_header")] if ending == "ply" else b""
-    return ending == "stl" or bool(re.search(rb"^property float(?:32)? [xy]\s*$", header, re.MULTILINE))
+    return ending == "stl" or bool(re.search(rb"^property\s+float(?:32)?\s+[xy]\s*$", header, re.MULTILINE))
 
 
 def _rounding(vertices: np.ndarray) -> float:

@@ -12,6 +12,14 @@ _FAR = (1e4, 1e6)
 _FINEST = 1e-3
 _ENOUGH = 1000
 """Points that are looked at first."""
+_FEWEST = 50
+"""Points that tell; of fewer it may be chance."""
+_NEAREST_OF_32 = 2.0**16
+"""Nearer numbers of 32 bits are in steps of less than 8 mm, which text with three decimals doesn't show."""
+_PRINTED = 5.1e-4
+_FINEST_OF_MAPS = 1.0 / 16.0
+_MIXED = 0.2
+"""Half of the numbers are odd multiples, of a map all or none."""
 
 
 def require_fine_digits(points: Array, name: str, cell: float | None, unit: float = 1.0, corners: bool = False) -> None:
@@ -45,6 +53,36 @@ def require_fine_digits(points: Array, name: str, cell: float | None, unit: floa
         f"about an origin near the ground{instead}",
         step=step * unit,
     )
+
+
+def of_32_bits(points: Array) -> bool:
+    """Whether numbers of 32 bits seem to have held coordinates that are written with more digits, as text or doubles.
+
+    They are multiples of a power of two that is greater farther from the origin: 1/32 at 500 km, 1/2 at 5 000 km. In
+    text they are so to half a millimetre. Maps in round steps are so too, but none has both odd and even multiples of
+    a sixteenth or less.
+
+    Args:
+        points: (n, 3) as their file has them.
+
+    Returns:
+        False for few points, and near the origin, where such numbers have digits enough.
+    """
+    far = [numbers[np.abs(numbers) >= _NEAREST_OF_32] for numbers in points[:, :2].T]
+    return len(points) >= _FEWEST and all(map(_are_of_32, far)) and any(map(_are_odd_and_even, far))
+
+
+def _are_of_32(numbers: Array) -> bool:
+    return all(
+        bool((np.abs(part - part.astype(np.float32)) <= _PRINTED).all()) for part in (numbers[:_ENOUGH], numbers)
+    )
+
+
+def _are_odd_and_even(numbers: Array) -> bool:
+    """Of their steps, as far as these are fine."""
+    steps = np.spacing(np.abs(numbers).astype(np.float32)).astype(np.float64)
+    odd = np.rint(numbers / steps)[steps <= _FINEST_OF_MAPS] % 2.0 == 1.0
+    return len(odd) > 0 and _MIXED < float(odd.mean()) < 1.0 - _MIXED
 
 
 def _step(numbers: Array, least: float, corners: bool) -> float:
