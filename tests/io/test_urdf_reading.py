@@ -263,3 +263,24 @@ def test_a_joint_goes_no_farther_than_its_controller_lets_it(tmp_path, safety, l
     """Soft limits were passed over: plans went where the robot's own controller stops."""
     joint = read_urdf(written(tmp_path, quadruped(replaced(LIMIT, LIMIT + safety)))).joint("LF_hip")
     assert (joint.lower, joint.upper) == limits
+
+
+def test_a_turn_that_an_origin_says_as_a_quaternion_is_that_turn(tmp_path):
+    """URDF 1.1 may say it so: it was passed over, and the part stood unturned."""
+    box = '<collision><origin xyz="1 2 3" {}/><geometry><box size="1 2 3"/></geometry></collision>'
+
+    def turned(said):
+        return read_urdf(written(tmp_path, f'<robot name="r"><link name="a">{box.format(said)}</link></robot>')).links[
+            0
+        ]
+
+    expected = turned('rpy="0 0 0.6"').shapes[0].T_link_shape
+    half = np.sin(0.3), np.cos(0.3)
+    np.testing.assert_allclose(turned(f'quat_xyzw="0 0 {half[0]} {half[1]}"').shapes[0].T_link_shape, expected)
+    for said, told in (
+        ('quat_xyzw="0 0 0.6 0.1"', "one of length 1"),
+        ('quat_xyzw="0 0 1"', "4 numbers would be right"),
+        ('quat_xyzw="0 0 0 1" rpy="0 0 0"', "rpy and quat_xyzw"),
+    ):
+        with pytest.raises(InvalidRobot, match=told):
+            turned(said)

@@ -8,8 +8,8 @@ from xml.etree.ElementTree import Element
 import numpy as np
 from numpy.typing import NDArray
 
-from footfall.core.errors import InvalidRobot, NotFound
-from footfall.core.frames import rotation_rpy, transform
+from footfall.core.errors import InvalidInput, InvalidRobot, NotFound
+from footfall.core.frames import rotation_from_quat_wxyz, rotation_rpy, transform
 from footfall.core.written import number_of
 from footfall.io.urdf.places import place_of
 from footfall.io.urdf.safe_xml import parse
@@ -233,7 +233,19 @@ def _origin(element: Element, where: str) -> NDArray[np.float64]:
     xyz, rpy = (_numbers(origin, key, 3, where) if origin.get(key) else np.zeros(3) for key in ("xyz", "rpy"))
     if not np.isfinite([xyz, rpy]).all():
         raise InvalidRobot(f"{where} has an origin that is not finite")
-    return transform(rotation_rpy(*rpy), xyz)
+    return transform(_turn(origin, where) if origin.get("quat_xyzw") else rotation_rpy(*rpy), xyz)
+
+
+def _turn(origin: Element, where: str) -> NDArray[np.float64]:
+    """The rotation of an origin that says it as a quaternion, as URDF 1.1 may."""
+    if origin.get("rpy"):
+        raise InvalidRobot(f"{where} has an origin with rpy and quat_xyzw; either of them would be right")
+    *vector, w = _numbers(origin, "quat_xyzw", 4, where)
+    try:
+        return rotation_from_quat_wxyz([w, *vector])
+    except InvalidInput as err:
+        said = origin.get("quat_xyzw")
+        raise InvalidRobot(f"{where} has the quat_xyzw {said!r}; one of length 1 would be right") from err
 
 
 def _positive(sizes: NDArray[np.float64], where: str) -> NDArray[np.float64]:
