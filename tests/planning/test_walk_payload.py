@@ -15,7 +15,7 @@ from footfall.balance.balance_settings import PAYLOAD_LIMIT, BalanceSettings
 from footfall.balance.forces import distribute
 from footfall.balance.held import held_tables
 from footfall.balance.payload import loaded
-from footfall.balance.support import margins
+from footfall.balance.support import half_planes, margins
 from footfall.balance.torques import torque_check
 from footfall.core.errors import InvalidInput
 from footfall.core.frames import apply, rotation_rpy, transform
@@ -24,6 +24,7 @@ from footfall.planning.answers import Status
 from footfall.planning.compliance.compliance_settings import ComplianceSettings
 from footfall.planning.execution.execution_settings import ExecutionSettings
 from footfall.planning.motion import BODY
+from footfall.planning.scene.certificate import body_tables
 from footfall.planning.scene.ground import Nearby
 from footfall.planning.scene.rover_kernel import center_of_mass, place_rover
 from footfall.planning.scene.rover_tables import rover_tables
@@ -46,6 +47,7 @@ PLACE = np.array([0.5, 0.4, 0.3])
 """Off the chassis' middle."""
 SETTINGS = WalkSettings(seed=2, time_limit=600.0, smoothing=Smoothing(rounds=0))
 CARRYING = replace(SETTINGS, payload_mass=100.0, payload_position=PLACE)
+FAR_OUT = replace(SETTINGS, seed=0, payload_mass=300.0, payload_position=np.array([0.79, 0.21, 0.3]), least_margin=0.9)
 GOAL = WalkGoal(0.7, 0.0, 0.0)
 COARSE = RecheckSettings(way=0.02, turn=0.02, hold=0.3, watched=0.01)
 MASS = st.floats(0.0, PAYLOAD_LIMIT)
@@ -125,6 +127,25 @@ def test_planner_judges_as_if_the_description_carried_it(athlete, described, gro
     np.testing.assert_allclose(asked.rover.masses, same.rover.masses, atol=1e-12)
     for one, other in zip(asked.held, same.held, strict=True):
         np.testing.assert_allclose(one, other, atol=1e-9)
+
+
+def test_a_swing_is_judged_as_if_the_description_carried_it(athlete, described, at):
+    polygon = half_planes(np.delete(np.array(at.stance.contacts), 0, axis=0), False)
+    asked = at.posture, at.T_site_base, 0, *polygon, 0.05
+    carrying, same = body_tables(athlete, *asked, CARRYING.balance), body_tables(described, *asked)
+    for one, other in zip(carrying, same, strict=True):
+        np.testing.assert_allclose(one, other, atol=1e-12)
+    assert np.linalg.norm(carrying.rest - body_tables(athlete, *asked).rest) > 0.03
+
+
+def test_no_swing_leaves_less_margin_than_asked_for(athlete, ground, start):
+    """The chassis stands where just so much is left: a leg that swings is not to take of it."""
+    asked = replace(FAR_OUT, support="ignored")
+    plan = plan_walk(athlete, ground, start, WalkGoal(0.7, 0.0), settings=asked).plan
+    assert plan is not None
+    assert plan.margins.min() >= FAR_OUT.least_margin - 1e-6
+    support = recheck_walk(athlete, ground, plan, every=COARSE, state=start)
+    assert all(one.holds for one in support), support
 
 
 def test_a_payload_leads_to_another_walk_whose_margins_are_its_own(athlete, walks):

@@ -9,6 +9,8 @@ from functools import cached_property
 import numpy as np
 from numpy.typing import NDArray
 
+from footfall.balance.balance_settings import BalanceSettings
+from footfall.balance.payload import loaded
 from footfall.core.arrays import Array
 from footfall.core.frames import apply
 from footfall.planning.latest_results import LatestResults
@@ -82,7 +84,14 @@ class Certificate:
 
 
 def body_tables(
-    robot: Robot, posture: Array, T_site_base: Array, leg: int, normals: Array, offsets: Array, least_margin: float
+    robot: Robot,
+    posture: Array,
+    T_site_base: Array,
+    leg: int,
+    normals: Array,
+    offsets: Array,
+    least_margin: float,
+    balance: BalanceSettings | None = None,
 ) -> BodyTables:
     """What decides, besides clearance, of one leg that moves while the rover else keeps its posture.
 
@@ -94,17 +103,19 @@ def body_tables(
         normals: (m, 2) outward, of the polygon that the centre of mass must stay in.
         offsets: (m,) of its edges [m].
         least_margin: to that polygon [m].
+        balance: whose payload the rover carries; None: that of its description.
 
     Returns:
         The tables.
     """
+    mass, com = loaded(robot, center_of_mass(robot, posture), balance or BalanceSettings())
     own = slice(6 * leg, 6 * leg + 6)
     moments = np.zeros((PART_COUNT, 4))
     for i in range(6):
         # the wheel is fixed to the last joint's body, which carries its mass
         body = robot.model.inertias[6 * leg + i + 1]
         moments[i] = *(body.mass * np.asarray(body.lever)), body.mass
-    moments /= robot.mass
+    moments /= mass
     tables = BodyTables(
         lower=np.array(robot.lower[own], float),
         upper=np.array(robot.upper[own], float),
@@ -114,18 +125,17 @@ def body_tables(
         offsets=np.array(offsets, float),
         least=float(least_margin),
     )
-    return tables._replace(rest=_rest(robot, posture, T_site_base, leg, tables.moments))
+    return tables._replace(rest=_rest(robot, posture, T_site_base, leg, tables.moments, com))
 
 
-def _rest(robot: Robot, posture: Array, T_site_base: Array, leg: int, moments: Array) -> Array:
-    """Where the centre of mass is in x and y, less the leg's share of it."""
+def _rest(robot: Robot, posture: Array, T_site_base: Array, leg: int, moments: Array, com: Array) -> Array:
+    """Where the centre of mass, com (3,) in base, is in x and y of site, less the leg's share of it."""
     poses = leg_link_poses(robot, posture[6 * leg : 6 * leg + 6], leg)
     own = sum(
         (poses[link_name(leg, part)] @ np.append(moment[:3], moment[3]))[:3]
         for part, moment in zip(PARTS, moments, strict=True)
     )
     share = moments[:, 3].sum()
-    com = center_of_mass(robot, posture)
     return (T_site_base[:3, :3] @ (com - own) + (1.0 - share) * T_site_base[:3, 3])[:2]
 
 

@@ -298,7 +298,8 @@ def _swing(
     ).tables
     others = np.delete(np.array(stance.contacts), leg, axis=0)
     normals, offsets = half_planes(others, settings.support == "required")
-    body = body_tables(world.robot, q, T_site_base, leg, normals, offsets, settings.least_margin)
+    asked = settings.least_margin, settings.balance
+    body = body_tables(world.robot, q, T_site_base, leg, normals, offsets, *asked)
     T = np.ascontiguousarray(T_site_base[:3])
     wheels = (
         np.ascontiguousarray(stance.Ts_site_wheel[leg, :3]),
