@@ -260,6 +260,25 @@ def test_explain_names_what_refuses(layer, amount, verdict):
     assert explain(found, 0, 0).refused == 0
 
 
+@pytest.mark.parametrize(
+    ("amounts", "told"),
+    [
+        ({"margin": 0.02, "margin_lifted": 0.3}, "stability margin 2 cm"),
+        ({"margin": 0.3, "margin_lifted": -0.02}, "margin while the leg is in the air -2 cm"),
+        ({"margin": 0.3, "margin_lifted": 0.2, "torque_ratio": 1.3}, "1.30 of a torque limit"),
+        (
+            {"margin": -0.1, "margin_lifted": 0.2, "torque_ratio": 1.3},
+            "stability margin -10 cm, 1.30 of a torque limit",
+        ),
+        ({"margin": -0.1, "margin_lifted": 0.2, "torque_ratio": np.inf}, "stability margin -10 cm"),
+    ],
+)
+def test_what_is_not_stable_is_told_by_what_refuses_it(amounts, told):
+    layers = even_layers(slope=0.1, **amounts)
+    layers["footing"][:] = footing.REACHABLE_UNSTABLE
+    assert explain(ask(layers), 12, 15).verdict.startswith(f"refused, not stable: {told}; shift the body")
+
+
 def test_amounts_are_spoken_in_units_of_their_size():
     assert spoken(np.radians(4.04), "rad") == "4.04°"
     assert [spoken(size, "m") for size in (0.0042, 0.031, 1.234, -0.3)] == ["4.2 mm", "3.1 cm", "1.23 m", "-30 cm"]

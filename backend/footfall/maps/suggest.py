@@ -21,6 +21,7 @@ from footfall.maps.quality import (
     UNKNOWN,
     UNSTABLE,
     UNSURE,
+    Layers,
     Quality,
 )
 from footfall.maps.quality_settings import FACTORS, MOST, factor_of
@@ -338,14 +339,26 @@ def _binding(found: Quality, row: int, col: int) -> str:
     if code == RANGE:
         away = np.linalg.norm([found.geometry.xs[col] - x, found.geometry.ys[row] - y, np.nan_to_num(over)])
         return f": {spoken(float(away), 'm')} from the hip (limit {spoken(found.situation.length, 'm')})"
-    if code == UNSTABLE and "margin" in layers:
-        return f": stability margin {spoken(float(layers['margin'][row, col]), 'm')}"
+    if code == UNSTABLE:
+        return _unsteady(layers, row, col)
     if code in (POSTURE, COLLISION, UNSURE) and "reach_class" in layers:
         hindered = ""
         if "hindrance" in layers:
             hindered = f" ({reach_classes.hindrance_text(int(layers['hindrance'][row, col]))})"
         return f": {reach_classes.CLASSES[int(layers['reach_class'][row, col])][1]}{hindered}"
     return ""
+
+
+def _unsteady(layers: Layers, row: int, col: int) -> str:
+    """The margin that a cell that is not stable has least of, and the torque where that is what refuses."""
+    words = {"margin": "stability margin", "margin_lifted": "margin while the leg is in the air"}
+    margins = {said: float(layers[name][row, col]) for name, said in words.items() if name in layers}
+    least = min(margins, key=lambda said: margins[said], default="")
+    torque = float(layers["torque_ratio"][row, col]) if "torque_ratio" in layers else 0.0
+    beyond = 1.0 < torque < np.inf
+    said = [f"{least} {spoken(margins[least], 'm')}"] if least and not (beyond and margins[least] >= 0) else []
+    said += [f"{torque:z.2f} of a torque limit"] if beyond else []
+    return f": {', '.join(said)}" if said else ""
 
 
 def _name(name: str) -> str:
