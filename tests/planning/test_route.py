@@ -171,6 +171,36 @@ def test_refusals_say_what_is_in_the_way(athlete, start, goal, settings, status,
     assert said in found.reason
 
 
+AREA = NoGo(10.0, 0.0, 0.5)
+DRAWN = "draw the no-go areas or corridors otherwise"
+
+
+@pytest.mark.parametrize(
+    ("settings", "tries"),
+    [
+        (RouteSettings(no_go=(AREA,)), f"; {DRAWN}, or choose another goal"),
+        (RouteSettings(no_go=(NoGo(0.0, 0.0, 0.5),)), f"; {DRAWN}, or move the rover there"),
+        (RouteSettings(corridors=(Corridor(-2.0, 0.0, 2.0, 0.0, 0.5),)), f"; {DRAWN}, or choose another goal"),
+        # of which none is on the map
+        (RouteSettings(corridors=(Corridor(80.0, 0.0, 90.0, 0.0, 0.5),)), f"leave nothing of the map; {DRAWN}"),
+    ],
+)
+def test_what_the_operator_marked_is_told_to_be_drawn_otherwise(athlete, start, settings, tries):
+    for asked in (settings, replace(settings, cost="feasible")):
+        found = footfall.plan_route(athlete, ground(), start, GOAL, asked)
+        assert found.plan is None
+        assert found.reason.endswith(tries)
+        assert "worse ground" not in found.reason
+
+
+def test_ground_that_is_in_the_way_is_told_with_what_the_operator_marked_beside_it(athlete, start):
+    dem = rough()
+    plain = footfall.plan_route(athlete, dem, start, GOAL)
+    assert plain.reason.endswith("take images of what is not known, allow worse ground, or choose another goal")
+    marked = footfall.plan_route(athlete, dem, start, GOAL, RouteSettings(no_go=(NoGo(5.0, 5.0, 0.5),)))
+    assert marked.reason.endswith(f"allow worse ground, {DRAWN}, or choose another goal")
+
+
 def test_a_rover_on_unknown_ground_or_off_the_map_is_told_so(athlete, start):
     found = footfall.plan_route(athlete, ground(hole=(0.0, 0.0, 4.0)), start, GOAL)
     assert (found.status, found.plan) == (Status.START_INVALID, None)

@@ -154,12 +154,14 @@ def cheapest_route(
         reason = f"the ground at the goal ({there[0]:g}, {there[1]:g}) is unknown; take images that show it"
         return no(Status.UNKNOWN_GROUND, reason)
     grid, why, ground = costs(part(progress, 0.0, 0.5))
-    free = np.isfinite(grid.costs)
+    free, off = np.isfinite(grid.costs), marked_off(grid.geometry, settings)
     if not free.any():
-        return no(Status.NO_PATH, f"no ground of the map is good enough to walk on; {_TRY}")
-    for place, status, what in (
-        (here, Status.START_INVALID, "the rover is"),
-        (there, Status.GOAL_INVALID, "the goal lies"),
+        if off.all():
+            return no(Status.NO_PATH, f"no-go areas and corridors leave nothing of the map; {_DRAW}")
+        return no(Status.NO_PATH, f"no ground of the map is good enough to walk on; {_try(settings)}")
+    for place, status, what, elsewhere in (
+        (here, Status.START_INVALID, "the rover is", "move the rover there"),
+        (there, Status.GOAL_INVALID, "the goal lies", _OTHER),
     ):
         row, col = _cell(grid, place)
         if not free[row, col]:
@@ -167,7 +169,8 @@ def cheapest_route(
             away = math.dist(place, (x, y))
             reason = f"{what} on {why(place)}; the nearest that is better is {away:z.2f} m away"
             nearest = (x, y) if status is Status.GOAL_INVALID else ()
-            return no(status, f"{reason}, at ({x:z.2f}, {y:z.2f}); {_TRY}", nearest)
+            remedy = f"{_DRAW if off[row, col] else _BETTER}, or {elsewhere}"
+            return no(status, f"{reason}, at ({x:z.2f}, {y:z.2f}); {remedy}", nearest)
     points, cost = cheapest_way(grid.geometry, grid.costs, here, there, part(progress, 0.5, 1.0))
     if not len(points):
         regions = np.empty(free.shape, np.int32)
@@ -175,7 +178,7 @@ def cheapest_route(
         x, y = _nearest(grid, regions == regions[_cell(grid, here)], there)
         reason = (
             f"no way leads to the goal: it ends at ({x:z.2f}, {y:z.2f}), {math.dist(there, (x, y)):z.2f} m before it, "
-            f"where all ground around is too bad, too high, unknown or no-go; {_TRY}"
+            f"where all ground around is too bad, too high, unknown or no-go; {_try(settings)}"
         )
         return no(Status.NO_PATH, reason, (x, y))
     headings = None
@@ -188,7 +191,7 @@ def cheapest_route(
             reason = (
                 f"the cheapest way leads on at ({x:z.2f}, {y:z.2f}), {math.dist(there, (x, y)):z.2f} m before the "
                 f"goal, only at headings that the rover can't turn to there; {otherwise}plan without turning to see "
-                f"it, or {_TRY}"
+                f"it, or {_try(settings)}"
             )
             return no(Status.NO_PATH, reason, found)
         points, headings, cost = found.points, found.headings, found.cost
@@ -222,7 +225,14 @@ def costs_along(ground: FeasibleGround, cells: NDArray[np.int64]) -> NDArray[np.
     return np.array(half * 2)
 
 
-_TRY = "take images of what is not known, allow worse ground, or choose another goal"
+_BETTER = "take images of what is not known, allow worse ground"
+_DRAW = "draw the no-go areas or corridors otherwise"
+_OTHER = "choose another goal"
+
+
+def _try(settings: RouteSettings) -> str:
+    """What may open a way, with what the operator marked where that is anything."""
+    return f"{_BETTER}, {f'{_DRAW}, ' if settings.no_go or settings.corridors else ''}or {_OTHER}"
 
 
 def _ground(
