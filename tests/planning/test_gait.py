@@ -24,6 +24,7 @@ from footfall.planning.scene.ground import Nearby
 from footfall.planning.walk.foot_move import At
 from footfall.planning.walk.footprint import footprint
 from footfall.planning.walk.parts import parts_of
+from footfall.planning.walk.plan import BESIDE
 from footfall.planning.walk.problem import SWING, WalkSettings
 from footfall.planning.walk.recheck.recheck_settings import RecheckSettings
 from footfall.planning.walk.recheck.stretches import MotionStretch
@@ -122,6 +123,21 @@ def test_arc(athlete, aside, away, yaw):
         # chords of the arc, of which there are 64, are that far inside
         np.testing.assert_allclose(middles, np.broadcast_to(middles[0], middles.shape), atol=2e-3 * away)
     assert (np.diff(way.ways) >= 0).all()
+
+
+@pytest.mark.parametrize("aside", [1.4, -1.4])
+def test_all_ground_along_an_arc_is_looked_at(athlete, monkeypatch, aside):
+    """It leaves the box of its ends: ground that is not looked at is free."""
+    dem = from_heights(np.zeros((121, 121), np.float32), 0.5, -30.0, -30.0, "wide")
+    state, looked_at = footfall.stand(athlete, dem), []
+    monkeypatch.setattr(gait_plan, "without_holes_between", lambda *asked: looked_at.append(asked[1:3]))
+    goal = 24.0 * np.array([math.cos(aside), math.sin(aside)])
+    found = footfall.plan_gait(athlete, dem, state, (goal[0], goal[1]), settings=GaitSettings(arc=True))
+    assert found.status is Status.UNKNOWN_GROUND
+    way = way_to(dem, np.zeros(3), goal, None, footprint(athlete), True).vectors[:, :2]
+    [(low, high)] = looked_at
+    assert ((way - low).min(axis=0) >= 2.0 * BESIDE - 0.1).all()
+    assert ((high - way).min(axis=0) >= 2.0 * BESIDE - 0.1).all()
 
 
 @pytest.mark.parametrize(("goal", "status"), [((6.2, 0.0), Status.OFF_MAP), ((1.0, 0.0), Status.UNKNOWN_GROUND)])

@@ -17,7 +17,7 @@ from footfall.planning.gait.problem import GaitFailure, GaitPlan, GaitResult, Ga
 from footfall.planning.gait.rhythm import Rhythm, groups_of, rhythm
 from footfall.planning.gait.settle import settled
 from footfall.planning.gait.step import Lack, gone_to, stepped
-from footfall.planning.gait.way import way_to
+from footfall.planning.gait.way import corners_of, way_to
 from footfall.planning.scene.ground import Nearby
 from footfall.planning.walk.assemble import checks_of
 from footfall.planning.walk.foot_move import At
@@ -109,12 +109,13 @@ class _Attempt:
         refusal = goal_ground_refused(self.dem, self.goal) if away > self.goal.within else None
         if refusal is not None:
             return self._no(refusal.status, refusal.reason)
-        low, high = np.minimum(here, there) - 2.0 * BESIDE, np.maximum(here, there) + 2.0 * BESIDE
-        whole = without_holes_between(self.dem, low, high, np.array(start.stance.contacts))
+        begin = vector_of(np.ascontiguousarray(start.T_site_base[:3]))[[0, 1, 5]]
+        low, high = corners_of(begin, there, self.goal.yaw, self.settings.arc)
+        feet = np.array(start.stance.contacts)
+        whole = without_holes_between(self.dem, low - 2.0 * BESIDE, high + 2.0 * BESIDE, feet)
         if whole is None:
             return self._no(Status.UNKNOWN_GROUND, NOTHING_KNOWN)
         world = World(self.robot, Nearby(whole.dem, whole.filled), self.settings.as_walk(), start.T_site_base)
-        begin = vector_of(np.ascontiguousarray(start.T_site_base[:3]))[[0, 1, 5]]
         ease = footprint(self.robot, self.settings.height)
         way = way_to(whole.dem, begin, there, self.goal.yaw, ease, self.settings.arc)
         groups = groups_of(self.robot, self.settings.gait, math.atan2(*(there - here)[::-1]) - begin[2])

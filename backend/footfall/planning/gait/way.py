@@ -44,6 +44,25 @@ def way_to(dem: Dem, begin: Array, goal: Array, yaw: float | None, ease: Footpri
     return Guide(way.vectors, np.concatenate([[0.0], np.cumsum(gone)]))
 
 
+def corners_of(begin: Array, goal: Array, yaw: float | None, arc: bool) -> tuple[Array, Array]:
+    """South-west and north-east corner, (2,) each [m], of the box that such a way lies in: an arc leaves its chord's.
+
+    Args:
+        begin: x, y [m] and yaw [rad], (3,).
+        goal: x, y, (2,) [m].
+        yaw: there [rad]; None: as it comes.
+        arc: whether the way is an arc.
+
+    Returns:
+        The corners.
+
+    Raises:
+        InvalidInput: no arc of less than half a circle leads there, or it ends with another heading.
+    """
+    points = _arc(begin, goal, yaw)[1] if arc else np.array([begin[:2], goal])
+    return points.min(axis=0), points.max(axis=0)
+
+
 def _arc(begin: Array, goal: Array, yaw: float | None) -> tuple[Array, Array]:
     """The end (3,) of the arc that leaves along the heading, and points of it (n, 2).
 
