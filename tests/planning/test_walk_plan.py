@@ -350,6 +350,17 @@ def test_attempts_end_a_search_after_so_many_foot_moves(athlete, ground, start):
             replace(SETTINGS, attempts=none)
 
 
+def test_what_failed_most_is_counted_wherever_it_was(athlete, ground, start):
+    settings = replace(SETTINGS, least_margin=9.0, attempts=1, time_limit=1e6)
+    result = plan_walk(athlete, ground, start, (0.6, 0.0), settings=settings)
+    tried = int(re.findall(r"after (\d+) foot moves were tried", result.reason)[0])
+    told = [int(one) for one in re.findall(r"(\d+) times", result.reason)]
+    assert sum(told) == tried
+    assert told == sorted(told, reverse=True)
+    # place by place there is more than is told of single ones
+    assert sum(one.count for one in result.blocked) < tried
+
+
 def test_a_goal_behind_a_wall_is_not_found_and_what_blocks_is_told(athlete, start, slow_clock):
     wall, told = smooth(ridge=3.0), []
     settings = replace(SETTINGS, time_limit=600.0)

@@ -309,7 +309,7 @@ class _Attempt:
         made = foot_moves_in_words(partial) if partial else "0 foot moves"
         unmet = [self._pin(pin) for pin in range(len(self.settings.pinned)) if pin not in nearest.pins]
         made += "".join(f", no foot on the pinned place ({pin.x:g}, {pin.y:g})" for pin in unmet)
-        stopped = "; ".join(f"{_of(check, leg)} {count} times" for check, leg, count in _summed(failed))
+        stopped = "; ".join(f"{_of(check, leg)} {count} times" for check, leg, count in _summed(failures)[:MOST_NAMED])
         reason = (
             f"no walk to the goal was found after {tried} foot moves were tried: {why}; the nearest comes within "
             f"{short:z.2f} m with {made}; what failed most: {stopped or 'nothing'}; {TRY}"
@@ -348,9 +348,9 @@ def _of(check: str, leg: int) -> str:
     return f"{check} of leg {leg}" if leg >= 0 else check
 
 
-def _summed(failed: list[tuple[tuple[str, int, float, float], int]]) -> list[tuple[str, int, int]]:
-    """Check, leg and count, wherever it was."""
+def _summed(failures: Counter[tuple[str, int, float, float]]) -> list[tuple[str, int, int]]:
+    """Check, leg and count, wherever it was; most often first."""
     counts: dict[tuple[str, int], int] = {}
-    for (check, leg, _, _), count in failed:
+    for (check, leg, _, _), count in failures.items():
         counts[check, leg] = counts.get((check, leg), 0) + count
     return [(check, leg, count) for (check, leg), count in sorted(counts.items(), key=lambda one: -one[1])]
