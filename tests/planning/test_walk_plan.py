@@ -361,6 +361,12 @@ def test_what_failed_most_is_counted_wherever_it_was(athlete, ground, start):
     assert sum(one.count for one in result.blocked) < tried
 
 
+@pytest.mark.parametrize("height", [0.0, -1.0, np.nan, np.inf])
+def test_a_height_that_no_chassis_has_over_its_feet_is_misuse(height):
+    with pytest.raises(InvalidInput, match="height must be above zero"):
+        replace(SETTINGS, height=height)
+
+
 def test_a_goal_behind_a_wall_is_not_found_and_what_blocks_is_told(athlete, start, slow_clock):
     wall, told = smooth(ridge=3.0), []
     settings = replace(SETTINGS, time_limit=600.0)

@@ -186,6 +186,7 @@ class WalkSettings(Value):
             most_torque=self.most_torque,
             lift=self.lift,
             longest=self.longest,
+            height=1.0 if self.height is None else self.height,
             time_limit=self.time_limit,
         )
         require_not_negative(
