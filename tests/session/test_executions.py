@@ -6,10 +6,13 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
+from footfall.balance.balance_settings import BalanceSettings
 from footfall.core.errors import CommandRefused, Conflict, InvalidInput, NotFound
 from footfall.core.frames import apply
+from footfall.planning.compliance.compliance_settings import ComplianceSettings
 from footfall.planning.compliance.compliant_rover import CompliantRover
 from footfall.planning.execution.execution_settings import ExecutionSettings
+from footfall.planning.step.problem import StepSettings
 from footfall.robot.kinematics import wheel_centers
 from footfall.sequence.edit import Edit
 from footfall.session.jobs.local import InlineJobs
@@ -196,6 +199,37 @@ def test_a_step_is_commanded_with_the_pose_held_unless_asked_otherwise(live, sta
     assert told["text"] == "as commanded: the rover sags; touch-down is not predicted"
     with pytest.raises(InvalidInput, match="take no settings"):
         live.sequences.make(plan, ExecutionSettings(), as_commanded=True)
+
+
+def test_commands_are_asked_for_the_friction_and_the_polygon_that_their_plan_was_asked_for(live, state):
+    x, y, _ = apply(state.T_site_base, wheel_centers(live.robot, state.posture))[LEG]
+    result = live.get(live.plans.step(LEG, (x + 0.1, y - 0.3), StepSettings(friction=0.5)).finish())
+    made = live.get(live.sequences.make()).provenance.settings
+    assert (made.friction, made.compliance.balance.friction, made.conservative) == (0.5, 0.5, False)
+    # an order says of the ground what it means; that any leg may be lost is the plan's
+    slippery = ComplianceSettings(balance=BalanceSettings(friction=0.45))
+    ordered = ExecutionSettings(compliance=slippery)
+    assert live.get(live.sequences.make(settings=ordered)).provenance.settings.friction == 0.45
+    strict = replace(result.plan.provenance, settings=StepSettings(friction=0.5, conservative=True))
+    plan = replace(result.plan, provenance=strict)
+    assert live.executions.settings_for(plan, ordered).digest == replace(ordered, conservative=True).digest
+    assert live.executions.settings_for(plan, None).conservative
+    assert not live.executions.settings_for(result.plan, None).conservative
+
+
+def test_the_conservative_polygon_is_a_rule_of_commands_for_a_rover_that_sags(live, state):
+    planned(live, state)
+    plain = live.get(live.sequences.make())
+    strict = live.get(live.sequences.make(settings=ExecutionSettings(conservative=True)))
+    kept = []
+    for sequence, kind in ((plain, "support polygon"), (strict, "conservative support polygon")):
+        rules = [one for one in sequence.rules if one.rule == "balance"]
+        assert rules
+        assert all(f"m to the {kind} of" in one.text for one in rules)
+        kept.append([one.margin for one in rules])
+    assert (np.array(kept[1]) < kept[0]).all()
+    # a step from an even stance leaves five feet, whose conservative polygon ends at its middle
+    assert not strict.valid
 
 
 def test_a_step_that_can_not_be_held_is_not_commanded_otherwise(live, state):

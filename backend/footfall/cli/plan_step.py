@@ -49,9 +49,11 @@ def plan_step(
     from footfall.io.artifacts import encode
     from footfall.io.whole_files import write_whole
     from footfall.planning.answers import Status
+    from footfall.planning.execution.execution_settings import ExecutionSettings
     from footfall.planning.execution.plan import plan_execution
     from footfall.planning.legged.problem import LeggedSettings
     from footfall.planning.step.plan import plan_step as run
+    from footfall.sequence.as_planned import as_planned
 
     asked: dict[str, Any] = {"planner": planner, "goals": goals, "seed": seed}
     given = {name: one for name, one in asked.items() if one is not None}
@@ -66,7 +68,8 @@ def plan_step(
     done = None
     if result.plan is not None and not as_commanded:
         with bar("command") as progress:
-            done = plan_execution(body, dem, state, result.plan, progress=progress)
+            executed = as_planned(result.plan, ExecutionSettings())
+            done = plan_execution(body, dem, state, result.plan, executed, progress=progress)
     if out is not None:
         write_whole(out, encode(done or result))
     terminal.show_plan(result, done, as_json)

@@ -133,6 +133,7 @@ def plan_walk(
     from footfall.planning.legged.problem import LeggedSettings
     from footfall.planning.walk.plan import plan_walk as run
     from footfall.planning.walk_execution.plan import plan_walk_execution
+    from footfall.sequence.as_planned import as_planned
 
     wanted = WalkGoal(*goal, yaw=goal_yaw)
     if at is not None:
@@ -178,7 +179,8 @@ def plan_walk(
     done = None
     if result.plan is not None and mode is not None:
         with bar("command") as progress:
-            done = plan_walk_execution(body, dem, state, result.plan, ExecutionSettings(mode=mode), progress=progress)
+            executed = as_planned(result.plan, ExecutionSettings(mode=mode))
+            done = plan_walk_execution(body, dem, state, result.plan, executed, progress=progress)
     if out is not None:
         write_whole(out, encode(done or result))
     _show(result, done, seconds, as_json)

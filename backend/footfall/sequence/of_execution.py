@@ -78,6 +78,7 @@ def settings_of(execution: Predicted) -> SequenceSettings:
     return SequenceSettings(
         speed_fraction=made_with.speed_fraction,
         clearance=made_with.clearance,
+        conservative=made_with.conservative,
         friction=made_with.compliance.balance.friction,
         compliance=made_with.compliance,
     )

@@ -86,7 +86,8 @@ def up_and_back(live: SessionParts, leg: int, walk: WalkSettings, finish: Callab
     dem = live.typed(Dem, present(live.state.dem, "there is no terrain any more"))
     x, y, _ = contacts(live.robot, dem, state.posture, state.T_site_base, [leg]).points[0]
     try:
-        job = live.plans.step(leg, (float(x), float(y)), StepSettings(lift=LIFTED))
+        asked = StepSettings(lift=LIFTED, conservative=walk.support == "required", friction=walk.friction)
+        job = live.plans.step(leg, (float(x), float(y)), asked)
         plan = finish(job, f"the way of leg {leg} up and back")
         found = live.typed(PlanResult, plan)
         if found.plan is None:

@@ -21,6 +21,7 @@ from footfall.session.products.kinds import ROUTE
 from footfall.telemetry.state import RobotState
 
 if TYPE_CHECKING:
+    from footfall.planning.execution.execution_settings import ExecutionSettings
     from footfall.planning.walk_execution.stage import Stage
     from footfall.session.parts import SessionParts
     from footfall.terrain.dem import Dem
@@ -74,6 +75,15 @@ class Pieces:
         refused = f"no walk is found: {found.reason}" if found.plan is None else self._trespass(found.plan)
         plan = None if refused else found.plan
         return plan, replace(so_far, refused=refused, nearest=came_nearest(found), short=stage.short)
+
+    @property
+    def commanded(self) -> "ExecutionSettings":
+        """How its foot moves are commanded: on the ground that was asked for, however firmly a piece is planned."""
+        from footfall.planning.compliance.compliance_settings import ComplianceSettings
+        from footfall.planning.execution.execution_settings import ExecutionSettings
+
+        compliance = ComplianceSettings(balance=self._settings.walk.balance)
+        return self._live.executions.settings_in_force(ExecutionSettings(compliance=compliance))
 
     def unmet(self, pinned: tuple[Place, ...], done: int) -> tuple[Place, ...]:
         """Those of some pinned places that the first ``done`` foot moves of the piece put no foot on."""

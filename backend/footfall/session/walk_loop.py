@@ -215,7 +215,7 @@ class WalkLoop:
         live = self._live
         self.waits_for = "its commands"
         try:
-            sequence = live.walks.command(self._pieces.walk, number, count)
+            sequence = live.walks.command(self._pieces.walk, number, count, self._pieces.commanded)
         except FootFallError as error:
             return number, so_far.with_no_commands(error.message)
         if refused := self._begin(sequence):

@@ -187,7 +187,7 @@ class Walks:
         request = FootMovesRequest(first, min(count, of - first))
         if self._sags and not as_commanded:
             set_points = set_points_at(self._rover.link.frame, self._core.typed(RobotState, parents["state"]))
-            settings = with_load_of(plan, settings or self._executions.settings_in_force())
+            settings = with_load_of(plan, self._executions.settings_for(plan, settings))
             request = replace(request, settings=settings, set_points=set_points)
         # the checks of a row take a tenth of a second
         return self._core.product_jobs.submit(FOOT_MOVES, parents, request, urgent=True).finish(

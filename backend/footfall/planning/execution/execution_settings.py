@@ -6,7 +6,7 @@ from dataclasses import field
 import numpy as np
 
 from footfall.core.errors import InvalidInput
-from footfall.core.value import Value, value
+from footfall.core.value import LATER, Value, value
 from footfall.planning.compliance.compliance_settings import ComplianceSettings
 
 MODES: Mapping[str, tuple[str, str]] = {
@@ -44,6 +44,7 @@ class ExecutionSettings(Value):
     [s]. stop_share: lowering ends when the wheel's force has risen by this share of the weight that a wheel bears if
     all bear alike; overshoot: how far below the ground it aims [m]. tolerance: of the stiffnesses, as a share, for the
     uncertainty of the clearance. clearance: added to every clearance of the robot description [m].
+    conservative: commands are asked for the conservative polygon of the feet that stand, not the plain one.
     """
 
     mode: str = "pose_held"
@@ -59,6 +60,7 @@ class ExecutionSettings(Value):
     tolerance: float = 0.2
     clearance: float = 0.0
     compliance: ComplianceSettings = field(default_factory=ComplianceSettings)
+    conservative: bool = field(default=False, metadata=LATER)
 
     def check(self) -> None:
         """Raises InvalidInput for an unknown mode, and for lengths, shares and times out of range."""

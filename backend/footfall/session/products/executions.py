@@ -2,6 +2,7 @@
 
 from contextlib import suppress
 from dataclasses import dataclass, replace
+from typing import TYPE_CHECKING
 
 import numpy as np
 from numpy.typing import NDArray
@@ -36,6 +37,9 @@ from footfall.session.products.terrains import SHORT_JOB
 from footfall.session.products.up_to_date import SENT, difference
 from footfall.session.rover.linked import LinkedRover
 from footfall.telemetry.state import RobotState, TelemetryFrame
+
+if TYPE_CHECKING:
+    from footfall.sequence.make import RigidPlan
 
 MOST_RUNS = 20
 """Runs before the latest that are asked how far the rover gave way."""
@@ -119,7 +123,7 @@ class Executions:
         Raises InvalidInput where it can't be commanded so.
         """
         made = self._core.state.products[plan]
-        kind, request = KINDS[KINDS[made.kind].executed_by], self._request(made, settings)
+        kind, request = KINDS[KINDS[made.kind].executed_by], self._request(made, plan, settings)
         there = self._core.state.newest(kind)
         known = None if there is None else self._core.state.products[there]
         if there is None or known is None or known.parents["plan"] != plan or known.settings != request.digest:
@@ -147,14 +151,13 @@ class Executions:
     def plan(self, plan: str | None = None, settings: ExecutionSettings | None = None) -> Job:
         """What to command for a planned step (None: the present one), from the state that it was planned from.
 
-        settings: None: as delivered, with the stiffness that was taken over last. Set points are the rover's present
-        ones where it still stands so, else those that its torques tell. Raises Conflict where there is no plan,
-        NotFound.
+        settings: as :meth:`settings_for` has them. Set points are the rover's present ones where it still stands so,
+        else those that its torques tell. Raises Conflict where there is no plan, NotFound.
         """
         digest, made = self._plans.made(plan)
         self._plans.found(digest)
         return self._core.product_jobs.submit(
-            EXECUTION, {**made.parents, "plan": digest}, self._request(made, settings)
+            EXECUTION, {**made.parents, "plan": digest}, self._request(made, digest, settings)
         )
 
     def plan_held_move(self, plan: str | None = None, settings: ExecutionSettings | None = None) -> Job:
@@ -177,9 +180,9 @@ class Executions:
         found = self._core.get(digest)
         if getattr(found, "plan", None) is None:
             raise Conflict(f"no {called} was found there: {getattr(found, 'reason', '')}")
-        return self._core.product_jobs.submit(kind, _with_plan(made, digest), self._request(made, settings))
+        return self._core.product_jobs.submit(kind, _with_plan(made, digest), self._request(made, digest, settings))
 
-    def _request(self, made: ProductRecord, settings: ExecutionSettings | None) -> ExecutionRequest:
+    def _request(self, made: ProductRecord, digest: str, settings: ExecutionSettings | None) -> ExecutionRequest:
         if settings is not None and settings.mode != "pose_held" and made.kind != PLAN.name:
             called = "a queue" if made.kind == QUEUE.name else "a move of the chassis"
             raise InvalidInput(
@@ -188,7 +191,9 @@ class Executions:
                 mode=settings.mode,
             )
         state = self._core.typed(RobotState, made.parents["state"])
-        return ExecutionRequest(settings or self.settings_in_force(), set_points_at(self._rover.link.frame, state))
+        plan = getattr(self._core.get(digest), "plan", None)
+        chosen = settings or self.settings_in_force() if plan is None else self.settings_for(plan, settings)
+        return ExecutionRequest(chosen, set_points_at(self._rover.link.frame, state))
 
     def set_points_now(self) -> NDArray[np.float64] | None:
         """Set points of an ATHLETE that sags as it stands, (legs × 6,) [rad]; None where it doesn't, or nothing tells.
@@ -218,6 +223,15 @@ class Executions:
         """Those given (None: as delivered), their joints as stiff as was taken over last."""
         settings = settings or ExecutionSettings()
         return replace(settings, compliance=replace(settings.compliance, joint_scale=self._core.state.joint_scale))
+
+    def settings_for(self, plan: "RigidPlan", settings: ExecutionSettings | None) -> ExecutionSettings:
+        """Those of an order for a plan; None: as delivered, on ground with the plan's friction.
+
+        The conservative polygon is asked for where the plan was made with it, whatever the order says.
+        """
+        from footfall.sequence.as_planned import as_planned, with_support_of
+
+        return as_planned(plan, self.settings_in_force()) if settings is None else with_support_of(plan, settings)
 
     def sag(self) -> MeasuredSag:
         """How far the rover gave way in the latest run, compared with what its sequence predicted, and what that says.
