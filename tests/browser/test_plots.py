@@ -165,6 +165,24 @@ def test_plots_are_named_removed_taken_back_and_kept(console: Page, quiet: Runni
     expect(console.locator(".composed")).to_have_count(1)
 
 
+def test_two_tabs_keep_the_same_plots(console: Page, quiet: Running) -> None:
+    shown(console)
+    other = console.context.new_page()
+    other.goto(console.url)
+    shown(other)
+    added(console, "tilt")
+    expect(other.locator(".composed")).to_have_count(1)
+    expect(other.locator(".composed .plot-read li")).to_have_count(1)
+    added(other, "force leg 2")
+    expect(console.locator(".composed .plot-name")).to_have_count(2)
+    expect(console.locator(".composed").last.locator(".plot-read li")).to_have_count(1)
+    expect(console.locator("#plots-undo")).to_be_disabled()  # it would take back the other tab's
+    console.locator("#plots-shown").select_option("600")
+    expect(other.locator("#plots-shown")).to_have_value("whole")
+    console.reload()
+    expect(console.locator(".composed .plot-read li")).to_have_count(2)
+
+
 def test_events_of_the_log_are_marked_with_their_words(console: Page, quiet: Running, said: float) -> None:
     current(quiet).add_note("the wheel slipped")
     noted = held(quiet)["notes"][-1]

@@ -27,10 +27,24 @@ export const whenChanged = (listener) => listeners.push(listener);
 export function load() {
   try {
     const found = JSON.parse(localStorage.getItem(KEPT_AS));
-    if (Array.isArray(found?.plots) && found.plots.every(isPlot)) plots = found.plots;
+    if (arePlots(found?.plots)) plots = found.plots;
     if (isTime(found?.shown)) shown = found.shown;
   } catch { /* plots that can't be read are made anew */ }
+  addEventListener("storage", takeOthers);
 }
+
+// What another tab of this browser did to the plots is done here, too: else the next change here would take it back. Its time
+// stays its own; to take back what was done here before would take back the other's.
+function takeOthers({ key, newValue }) {
+  if (key !== KEPT_AS) return;
+  const others = JSON.parse(newValue)?.plots;
+  if (!arePlots(others) || JSON.stringify(others) === JSON.stringify(plots)) return;
+  plots = others;
+  before.length = 0;
+  listeners.forEach((listener) => listener());
+}
+
+const arePlots = (found) => Array.isArray(found) && found.every(isPlot);
 
 const isPlot = (one) => Number.isInteger(one?.id) && typeof one.name === "string" && Array.isArray(one.channels) && one.channels.every((id) => typeof id === "string");
 
