@@ -161,10 +161,37 @@ def test_plots_show_what_was_said_and_mark_what_is_stale(console: Page, quiet: R
         expect(listed.nth(i)).to_contain_text(figure(live.rover.frame.state.T_site_base[i, 3], 3))
     assert console.locator("#plot canvas").count() == 1
     expect(console.locator("#plot-note")).to_contain_text("Stale")
+    expect(console.locator("#plot-note")).not_to_contain_text("Numbers of")
     expect(console.locator("#legs-note")).to_contain_text("Stale")
     look("stale")
     console.keyboard.press("q")
     expect(console.locator("#plot-note")).to_contain_text("Held")
+
+
+def test_numbers_of_a_moment_that_was_pointed_at_are_told_as_such(console: Page, quiet: Running) -> None:
+    console.keyboard.press("8")
+    begin, torques = time.monotonic() - 100, np.zeros(36)
+    for number in range(1, 91):
+        torques[6 * 2 + 1] = 11.0 if number < 60 else 77.0
+        say_at(begin + number, quiet, number, joint_torques=torques)
+    console.reload()
+    pitch, note = console.locator("#plot-series li b").nth(1), console.locator("#plot-note")
+    to_now = console.locator("#timeline-now")
+    expect(pitch).to_contain_text("77.0")
+    expect(to_now).to_be_disabled()
+    over = console.locator("#plot .u-over").bounding_box()
+    assert over is not None
+    console.mouse.click(over["x"] + over["width"] / 3, over["y"] + over["height"] / 2)
+    expect(pitch).to_contain_text("11.0")
+    expect(note).to_contain_text(re.compile(r"Numbers of \d\d:\d\d:\d\d"))
+    expect(note).to_have_class("doubt")
+    current(quiet).add_note("something else has happened")
+    expect(console.locator("#timeline-text")).to_contain_text("something else has happened")
+    expect(note).to_contain_text("Numbers of")
+    to_now.click()
+    expect(pitch).to_contain_text("77.0")
+    expect(note).not_to_contain_text("Numbers of")
+    expect(to_now).to_be_disabled()
 
 
 def test_plots_go_on_with_what_was_said_before_the_page_was_loaded(console: Page, quiet: Running, look: Keep) -> None:

@@ -9,6 +9,7 @@ import { clock } from "../events.js";
 import { bare } from "../figures.js";
 import { isShown, reveal } from "../layout.js";
 import { inside, paintMoment, range } from "../plots/paint.js";
+import { nearest } from "../plots/series.js";
 import { channelsOf, heardFrom, since } from "../samples.js";
 import { known, subscribe } from "../store.js";
 import * as shared from "../texts/shared.js";
@@ -40,7 +41,7 @@ export function start() {
     act({ text: texts.plot(title), run: () => { $("plot-quantity").value = quantity; reveal("telemetry"); draw(known); } });
   }
   new ResizeObserver(resize).observe($("plot"));
-  followCursor(() => plot?.redraw(false));
+  followCursor(() => { plot?.redraw(false); draw(known); });
   subscribe((state) => {
     if (performance.now() - drawnAt > PERIOD) draw(state);
   });
@@ -71,16 +72,18 @@ function draw({ frame }) {
   const end = held ? held[1] : now();
   if (held) while (data[0].length && data[0].at(-1) > end) data.forEach((column) => column.pop());
   const silent = data[0].length ? end - data[0].at(-1) : Infinity;
-  $("plot-note").className = silent > STALE_AFTER ? "doubt" : "";
-  $("plot-note").textContent = !frame ? shared.noTelemetry
+  newest = { start: begin, end };
+  const past = frame && isPast() && data[0].length ? texts.numbersOf(clock(data[0][readAt(data[0])])) : "";
+  const note = !frame ? shared.noTelemetry
     : held ? texts.held
       : silent > STALE_AFTER ? texts.hatched
         : before.why ? texts.noEarlier(before.why)
           : data[0][0] < heardFrom() ? texts.shaded : "";
+  $("plot-note").className = past || silent > STALE_AFTER ? "doubt" : "";
+  $("plot-note").textContent = [past, note].filter(Boolean).join(" ");
   $("plot").hidden = $("plot-series").hidden = !frame;
   if (!frame) return;
   build(quantity, channels);
-  newest = { start: begin, end };
   plot.setData(withGaps(data), false);
   plot.setScale("x", { min: begin, max: end });
   drawList(channels, data);
@@ -184,11 +187,13 @@ function limits(made) {
   });
 }
 
-// The numbers at the shared moment where it is in the plot, else the newest.
+// Whether the shared moment is in the plot: its numbers are told then, not the newest.
+const isPast = () => moment() !== null && moment() >= newest.start && moment() <= newest.end;
+
+const readAt = (times) => (isPast() ? nearest(times, moment()) : times.length - 1);
+
 function drawList(channels, data) {
-  const at = moment();
-  const inSight = at !== null && newest && at >= newest.start && at <= newest.end;
-  const i = inSight ? data[0].reduce((best, time, j) => (Math.abs(time - at) < Math.abs(data[0][best] - at) ? j : best), 0) : data[0].length - 1;
+  const i = readAt(data[0]);
   const list = $("plot-series");
   if (list.dataset.of !== drawnFor) {
     list.dataset.of = drawnFor;

@@ -36,7 +36,7 @@ export function start() {
   act({ key: ".", text: texts.eventAfter, button: "timeline-on", run: () => step(1), refusal: some });
   act({ text: texts.showWhatItWas, button: "timeline-show", run: () => show(events[at]), refusal: () => (at >= 0 && canShow(events[at]) ? "" : texts.chooseEvent) });
   act({ text: texts.sceneThen, button: "timeline-scene", run: () => showInScene(sceneAt === null), refusal: () => (now ? texts.chooseMoment : "") });
-  act({ text: texts.backToNow, button: "timeline-now", run: toNow, refusal: () => (now ? texts.isNow : "") });
+  act({ text: texts.backToNow, button: "timeline-now", run: toNow, refusal: () => (isNow() ? texts.isNow : "") });
   act({ key: "Y", text: texts.writeNote, button: "note-open", run: openNote });
   $("note-form").addEventListener("submit", (event) => {
     event.preventDefault();
@@ -49,7 +49,10 @@ export function start() {
     tellScene();
   });
   document.addEventListener(WORN, paint);
-  followCursor((time) => { if (time !== null) paint(); });
+  followCursor(() => {
+    paint();
+    $("timeline-now").disabled = isNow();
+  });
   new ResizeObserver(paint).observe($("timeline-canvas").parentElement);
 }
 
@@ -57,7 +60,7 @@ function lay() {
   axis = timeAxis(events.map(({ time }) => time), events.map(({ type }) => type.startsWith("command_")));
   $("timeline-scrub").disabled = events.length === 0;
   if (now) {
-    toNow();
+    atItsEnd();
     return;
   }
   $("timeline-scrub").value = String(Math.round(axis.placeOf(moment()) * RANGE));
@@ -83,12 +86,19 @@ function step(by) {
   point(events[next].time);
 }
 
+// A moment that was pointed at in a plot is shown there until it is left, whatever happens meanwhile.
+const isNow = () => now && moment() === null;
+
 function toNow() {
   now = true;
+  point(null);
+  atItsEnd();
+}
+
+function atItsEnd() {
   showInScene(false);
   $("timeline-scrub").value = String(RANGE);
   read(events.length - 1);
-  point(null);
   paint();
 }
 
@@ -100,7 +110,7 @@ function read(index) {
   $("timeline-text").dataset.state = now ? "none" : "warn";
   $("timeline-scrub").setAttribute("aria-valuetext", $("timeline-text").textContent);
   $("timeline-text").title = $("timeline-text").textContent;
-  $("timeline-now").disabled = now;
+  $("timeline-now").disabled = isNow();
   if (sceneAt !== null) showInScene(true);
   $("timeline-show").disabled = !event || !canShow(event);
 }
