@@ -51,6 +51,24 @@ def test_suggestions_wait_for_colours_that_are_being_made(console: Page, quiet: 
     expect(console.locator("#toast")).to_be_hidden()
 
 
+def test_suggestions_go_once_they_would_be_ranked_otherwise(console: Page, quiet: Running) -> None:
+    coloured(console, quiet, 2)
+    listed, note = console.locator("#suggestions li"), console.locator("#suggestions-note")
+    otherwise = "Weights or direction are others now: suggest again."
+    press(console, "Suggest footfalls")
+    expect(listed).to_have_count(5)
+    console.locator("#suggest-towards").select_option("90")
+    expect(listed).to_have_count(0)
+    expect(note).to_have_text(otherwise)
+    press(console, "Suggest footfalls")
+    expect(listed).to_have_count(5)
+    expect(note).not_to_have_text(otherwise)
+    console.locator("#panel-footfall summary").get_by_text("Weights of the suggestions", exact=True).click()
+    console.locator("#weights input").first.fill("7")
+    expect(listed).to_have_count(0)
+    expect(note).to_have_text(otherwise)
+
+
 def test_a_legend_that_did_not_come_leaves_none_of_another_layer(console: Page, quiet: Running) -> None:
     digest = coloured(console, quiet, 2)
     legend = console.locator("#legend")

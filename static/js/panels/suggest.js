@@ -11,12 +11,14 @@ import { refresh } from "../stream.js";
 import * as texts from "../texts/footfall.js";
 
 let shownFor = ""; // the maps that the list is about
+let askedAs = ""; // how it was asked for: leg, direction, weights
 let awaited = null; // {leg, job}: the maps that suggestions wait for
 
 export function start() {
   subscribeToLayers(() => $("weights").replaceChildren(...factors().map(({ name, title, weight }) =>
     element("label", { textContent: title }, element("input", { id: `weight-${name}`, type: "number", min: "0", step: "any", value: String(weight) })))));
   act({ key: "G", text: texts.suggest, button: "suggest", run: suggest });
+  for (const id of ["weights", "suggest-towards"]) $(id).addEventListener("input", changed);
   subscribe(draw);
 }
 
@@ -40,7 +42,12 @@ const suggest = () => attempt(async () => {
   }
 });
 
-const suggestNow = async (leg) => show(leg, await post("/sessions/current/suggestions", { leg, count: 5, towards: towards(), settings: { weights: weights() } }));
+const orderFor = (leg) => ({ leg, count: 5, towards: towards(), settings: { weights: weights() } });
+
+async function suggestNow(leg) {
+  const order = orderFor(leg);
+  await show(order, await post("/sessions/current/suggestions", order));
+}
 
 // The maps are on their way. Whether suggestions are still waited for once they are there.
 async function isMade(leg, id) {
@@ -56,25 +63,28 @@ async function isMade(leg, id) {
   }
 }
 
-async function show(leg, answer) {
+async function show(order, answer) {
+  const { leg } = order;
   const { maps } = await get("/sessions/current"); // what is known here may be a moment old
-  shownFor = maps[leg];
+  [shownFor, askedAs] = [maps[leg], JSON.stringify(order)];
   $("suggestions").replaceChildren(...answer.footfalls.map((one) => element("li", {},
     element("button", { type: "button", textContent: texts.at(one.x, one.y), onclick: () => chooseFootfall(one.x, one.y, leg) }),
     element("strong", { textContent: texts.apart(one.apart?.text) }),
     element("span", { textContent: texts.scored(one.score, one.reasons.at(-1)) }),
     element("details", {}, element("summary", { textContent: texts.reasons }), ...one.reasons.map((reason) => element("p", { textContent: reason }))))));
   $("suggestions-note").textContent = answer.reason;
+  draw(known); // weights may have been changed while the answer was on its way
 }
 
-// Suggestions for other maps than the current ones would be a wrong green.
+// Suggestions for other maps than the current ones, or ranked by other weights, would be a wrong green.
 function draw({ summary, jobs }) {
   if (!summary) return;
   const leg = summary.view.leg;
   $("suggestions-wait").textContent = awaited?.leg === leg ? texts.onceMade(leg, (jobs.get(awaited.job.id) ?? awaited.job).fraction) : "";
   if (!shownFor) return;
-  if (summary.up_to_date.maps[leg]?.fits && summary.maps[leg] === shownFor) return;
+  const isOfMaps = summary.up_to_date.maps[leg]?.fits && summary.maps[leg] === shownFor;
+  if (isOfMaps && JSON.stringify(orderFor(leg)) === askedAs) return;
   shownFor = "";
   $("suggestions").replaceChildren();
-  $("suggestions-note").textContent = "";
+  $("suggestions-note").textContent = isOfMaps ? texts.rankedOtherwise : "";
 }

@@ -15,6 +15,7 @@ export const at = (x, y) => place([x, y], 2);
 export const apart = (measure) => ` ${measure ?? "like the others in all that is measured"}`;
 export const scored = (share, weakest) => `; ${fixed(100 * share, 1)} of 100, ${weakest}`;
 export const reasons = "why";
+export const rankedOtherwise = "Weights or direction are others now: suggest again.";
 
 // -- in hand ---------------------------------------------------------------------------------------
 
