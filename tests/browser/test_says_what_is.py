@@ -20,6 +20,11 @@ SILENT = """async () => {
 }"""
 """No request is answered any more, and the last answer is 38 s old; the line of events is open still. The ground was
 seen just before."""
+SET = """(field, value) => {
+  field.value = value;
+  for (const type of ["input", "change"]) field.dispatchEvent(new Event(type, { bubbles: true }));
+}"""
+"""As if it was typed there, in sight or not."""
 HOLDS = "Every rule holds."
 BROKEN = "a rule does not hold"
 
@@ -151,6 +156,35 @@ def test_how_much_is_sent_at_once_outlives_a_reload(console: Page) -> None:
     console.reload()
     expect(console.locator("#walk-until")).to_have_value("next")
     expect(console.locator("#by-steps")).not_to_be_checked()
+
+
+def test_what_plans_are_judged_by_outlives_a_reload_and_no_other_session(console: Page, quiet: Running) -> None:
+    typed = {"payload": "150", "tilt": "5", "uphill": "90", "friction": "0.4", "sag-least_load": "80"}
+    typed |= {"set-least_margin": "0.2", "seed": "7", "walk-yaw": "30"}
+    typed |= {"loop-most_torque": "0.5", "tether-x": "-3", "tether-length": "12", "weight-slope": "4"}
+    chosen = {"gravity": "1.62", "execution-mode": "droop_aware", "walk-gait": "wave"}
+    for name in ("planner", "execution-mode"):  # which the server tells
+        expect(console.locator(f"#{name} option")).not_to_have_count(0)
+    delivered = {name: console.locator(f"#{name}").input_value() for name in (*typed, *chosen)}
+    for name, value in typed.items():
+        console.locator(f"#{name}").evaluate(SET, value)
+    for name, value in chosen.items():
+        console.locator(f"#{name}").evaluate(SET, value)
+    boxes = ["conservative", "as-commanded", "tether-on"]
+    for name in boxes:
+        console.locator(f"#{name}").evaluate("box => box.click()")
+    console.reload()
+    for name, value in (typed | chosen).items():
+        expect(console.locator(f"#{name}")).to_have_value(value)
+    for name in boxes:
+        expect(console.locator(f"#{name}")).to_be_checked()
+    expect(console.locator("#execution-mode-text")).not_to_be_empty()
+    quiet.sessions.create("another")
+    expect(console.locator("#status-session")).to_have_text("another")
+    for name, value in delivered.items():
+        expect(console.locator(f"#{name}")).to_have_value(value)
+    for name in boxes:
+        expect(console.locator(f"#{name}")).not_to_be_checked()
 
 
 @RIGID

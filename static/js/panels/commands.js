@@ -6,7 +6,7 @@ import { act } from "../acts.js";
 import { $, asTyped, attempt, element, fixed } from "../dom.js";
 import { editTyped, isOnItsWay, redo, undo } from "../edits.js";
 import { answered, awaited } from "../planning.js";
-import { remember } from "../remembered.js";
+import { remember, rememberInSession } from "../remembered.js";
 import { isAthletes } from "../robot.js";
 import { alive, changed, known, silent, subscribe } from "../store.js";
 import * as texts from "../texts/commands.js";
@@ -32,6 +32,7 @@ export function start() {
   attempt(offerFormats);
   onChoice(() => draw(known));
   remember("by-steps");
+  rememberInSession("as-commanded");
   for (const id of ["as-commanded", "execution-mode"]) $(id).addEventListener("change", changed);
   subscribe(draw);
 }

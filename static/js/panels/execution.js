@@ -6,6 +6,7 @@ import { choices } from "../choices.js";
 import { $, asTyped, attempt, element, fixed } from "../dom.js";
 import { outOfDate } from "../fits.js";
 import { answered } from "../planning.js";
+import { keepFields, recallFields, rememberInSession } from "../remembered.js";
 import { isAthletes } from "../robot.js";
 import { changed, known, subscribe } from "../store.js";
 import { refresh } from "../stream.js";
@@ -23,6 +24,7 @@ let calibration = null; // what that sag says of the joints
 
 export function start() {
   $("execution-mode").addEventListener("change", describe);
+  rememberInSession("execution-mode", ...fields().map(({ id }) => id));
   attempt(load);
   act({
     key: "B", text: texts.predict, button: "plan-execution", run: order,
@@ -45,13 +47,17 @@ async function load() {
   modes = Object.fromEntries(offered.map((one) => [one.mode, one]));
   $("execution-mode").replaceChildren(...offered.map(({ mode, title }) => element("option", { value: mode, textContent: title })));
   for (const field of fields()) field.placeholder = (delivered[nameOf(field)] ?? delivered.compliance[nameOf(field)]).toString();
+  recallFields();
   describe();
 }
 
 // Of a mode, for a person; its own name until the server has told the others.
 export const titleOf = (mode) => modes[mode]?.title ?? mode;
 
-const describe = () => { $("execution-mode-text").textContent = modes[$("execution-mode").value].text; };
+function describe() {
+  const text = modes[$("execution-mode").value]?.text ?? "";
+  if ($("execution-mode-text").textContent !== text) $("execution-mode-text").textContent = text;
+}
 
 const SCALES = ["joint_scale", "wheel_scale"];
 
@@ -97,6 +103,7 @@ const mayBeMade = () => shown?.status === "found" && ofPresentPlan();
 
 function draw({ summary }) {
   if (!summary || !isAthletes()) return;
+  describe(); // the mode may be that of before a reload
   const job = runningJob();
   $("execution-job").hidden = !job;
   if (job) {
@@ -225,5 +232,6 @@ const rounded = (scale) => String(Number(asTyped(scale, 4)));
 const takeOver = () => attempt(async () => {
   await post("/sessions/current/sag/take-over", { joint_scale: calibration.now });
   $("sag-joint_scale").value = "";
+  keepFields();
   await refresh();
 });

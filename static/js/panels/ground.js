@@ -8,6 +8,7 @@ import { $, attempt, element, toast } from "../dom.js";
 import { outOfDate, reserve } from "../fits.js";
 import { layerNames, layerOptions, subscribeToLayers } from "../layers.js";
 import { pictureAt } from "../picture.js";
+import { rememberInSession } from "../remembered.js";
 import { isAthletes } from "../robot.js";
 import { freeze } from "../stance.js";
 import { alive, known, now, subscribe } from "../store.js";
@@ -47,6 +48,7 @@ export function start() {
   });
   act({ key: "C", text: texts.clearTerrain, button: "clear-terrain", run: clearTerrain, refusal: notClearable });
   act({ key: "L", text: texts.nextLayer, run: nextLayer });
+  rememberInSession("conservative", "friction-aware", "friction", "gravity", "payload", "tilt", "uphill");
   subscribe(draw);
 }
 

@@ -8,6 +8,7 @@ import { $, attempt, element } from "../dom.js";
 import { events, subscribeToEvents, when } from "../events.js";
 import { keptOff } from "../footfallmoves.js";
 import { reveal, unfold } from "../layout.js";
+import { rememberInSession } from "../remembered.js";
 import { known, subscribe } from "../store.js";
 import { refresh } from "../stream.js";
 import * as shared from "../texts/shared.js";
@@ -33,6 +34,7 @@ export function start() {
     act({ ...one, button: `next-loop-${button}`, quiet: true }); // in sight whichever panels are
   }
   act({ text: texts.resumeLoop, button: "loop-on", held: true, run: () => steer("resume"), refusal: () => notSteered() || (loopNow().state === "held" ? unsure() : texts.goesOnAlready) });
+  rememberInSession(...[...LIMITS, "farthest", "route", "choose_by"].map((name) => `loop-${name}`));
   subscribeToEvents((fresh) => { if (fresh.some(isDecision)) drawDecisions(); });
   subscribe(draw);
 }

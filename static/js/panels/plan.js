@@ -6,6 +6,7 @@ import { chooseFootfall, settled } from "../choosing.js";
 import { $, attempt, element } from "../dom.js";
 import { outOfDate } from "../fits.js";
 import { askForPlan } from "../planning.js";
+import { keepFields, recallFields, rememberInSession } from "../remembered.js";
 import { isAthletes, orders } from "../robot.js";
 import { freeze } from "../stance.js";
 import { known, subscribe } from "../store.js";
@@ -21,7 +22,8 @@ let served = { planners: {}, settings: {} }; // what a plan can be asked for wit
 export function start() {
   attempt(load);
   $("planner").addEventListener("change", describe);
-  act({ text: texts.settingsAsDelivered, button: "plan-defaults", run: fill });
+  rememberInSession("planner", "seed", ...fields().map(({ id }) => id));
+  act({ text: texts.settingsAsDelivered, button: "plan-defaults", run: () => { fill(); keepFields(); } });
   act({ key: "P", text: texts.planStep, button: "plan", run: plan, refusal: () => (known.summary?.footfall ? "" : shared.chooseFootfall) });
   act({
     key: "+", text: texts.nearestInstead, button: "nearest-place", run: stepToNearest,
@@ -36,11 +38,15 @@ export function start() {
 async function load() {
   served = await get("/planners");
   $("planner").replaceChildren(...Object.keys(served.planners).map((name) => element("option", { textContent: name })));
-  describe();
   fill();
+  recallFields();
+  describe();
 }
 
-const describe = () => { $("planner-text").textContent = served.planners[$("planner").value] ?? ""; };
+function describe() {
+  const text = served.planners[$("planner").value] ?? "";
+  if ($("planner-text").textContent !== text) $("planner-text").textContent = text;
+}
 
 const fields = () => [...$("plan-settings").querySelectorAll("input, select")];
 
@@ -84,6 +90,7 @@ let drawn; // the answer that is shown, null for none
 
 function draw({ summary, plan: result }) {
   if (!summary) return;
+  describe(); // the planner may be that of before a reload
   const { footfall, view } = summary; // which stays of the leg that it was chosen for, whichever is chosen next
   $("plan").textContent = footfall && footfall.leg !== view.leg ? texts.stepOf(shared.leg(footfall.leg)) : texts.step;
   const doubt = result ? outdated(summary, result) || summary.plan.doubt : "";

@@ -6,6 +6,7 @@ import { chooseFootfall, settled } from "../choosing.js";
 import { $, attempt, element } from "../dom.js";
 import { factors, subscribeToLayers } from "../layers.js";
 import { jobEnded } from "../planning.js";
+import { rememberInSession } from "../remembered.js";
 import { changed, known, subscribe } from "../store.js";
 import { refresh } from "../stream.js";
 import * as texts from "../texts/footfall.js";
@@ -15,8 +16,11 @@ let askedAs = ""; // how it was asked for: leg, direction, weights
 let awaited = null; // {leg, job}: the maps that suggestions wait for
 
 export function start() {
-  subscribeToLayers(() => $("weights").replaceChildren(...factors().map(({ name, title, weight }) =>
-    element("label", { textContent: title }, element("input", { id: `weight-${name}`, type: "number", min: "0", step: "any", value: String(weight) })))));
+  subscribeToLayers(() => {
+    $("weights").replaceChildren(...factors().map(({ name, title, weight }) =>
+      element("label", { textContent: title }, element("input", { id: `weight-${name}`, type: "number", min: "0", step: "any", value: String(weight) }))));
+    rememberInSession(...factors().map(({ name }) => `weight-${name}`));
+  });
   act({ key: "G", text: texts.suggest, button: "suggest", run: suggest });
   for (const id of ["weights", "suggest-towards"]) $(id).addEventListener("input", changed);
   subscribe(draw);

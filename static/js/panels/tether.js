@@ -3,7 +3,8 @@
 import { act } from "../acts.js";
 import { $, asTyped } from "../dom.js";
 import { unfold } from "../layout.js";
-import { known } from "../store.js";
+import { keepFields, rememberInSession } from "../remembered.js";
+import { known, subscribe } from "../store.js";
 import * as texts from "../texts/walk.js";
 
 const ANCHOR = ["tether-x", "tether-y", "tether-z"];
@@ -12,6 +13,8 @@ const DRUM = ["tether-length", "tether-force"];
 
 export function start() {
   for (const id of ["tether-on", ...ANCHOR]) $(id).addEventListener("input", demand);
+  rememberInSession("tether-on", ...ANCHOR, ...LEAVES, ...DRUM);
+  subscribe(demand); // it may be that of before a reload
   act({ text: texts.anchorAtFootfall, button: "tether-here", run: takeFootfall, refusal: notTaken });
 }
 
@@ -41,6 +44,7 @@ function takeFootfall() {
   unfold("goal");
   $("walk-tether").open = true;
   $("tether-on").checked = true;
+  keepFields();
   demand();
 }
 

@@ -7,6 +7,7 @@ import { settled } from "../choosing.js";
 import { $, attempt, element } from "../dom.js";
 import { isWalking, walkOutOfDate } from "../fits.js";
 import { unfold } from "../layout.js";
+import { rememberInSession } from "../remembered.js";
 import { isAthletes, orders } from "../robot.js";
 import { freeze } from "../stance.js";
 import { changed, known, subscribe } from "../store.js";
@@ -26,6 +27,7 @@ export function start() {
   $("walk-form").addEventListener("submit", (event) => event.preventDefault()); // its button acts
   act({ text: texts.planToGoal, button: "plan-walk", run: planWalk });
   for (const id of ["walk-gait", "walk-yaw"]) $(id).addEventListener("input", changed); // what comes next goes by them
+  rememberInSession("walk-gait", "walk-yaw");
   act({ text: texts.commandNext, button: "walk-next", run: () => command(1), refusal: notNext });
   act({ text: texts.commandRest, button: "walk-rest", run: () => command(left()), refusal: notNext });
   act({ text: texts.planAgain, button: "walk-again", run: again, refusal: () => (known.summary?.walk ? unheededPlaces() : texts.noWalk) });
