@@ -220,6 +220,31 @@ def test_from_a_list_that_is_open(bare: Page, quiet: Running, way: str) -> None:
     stops(bare, quiet, way)
 
 
+AT_STOP = """() => {
+  const box = document.getElementById("stop").getBoundingClientRect();
+  return document.elementFromPoint((box.left + box.right) / 2, (box.top + box.bottom) / 2).id;
+}"""
+PUT_AT = "(one, top) => { one.style.cssText = `position:fixed;right:12px;width:200px;top:${top}px`; }"
+IS_OPEN = "one => one.matches(':open')"
+
+
+@pytest.mark.parametrize(("width", "height"), [(1280, 720), (1024, 768), (768, 1024)])
+def test_no_list_that_is_open_lies_over_stop(bare: Page, width: int, height: int) -> None:
+    bare.set_viewport_size({"width": width, "height": height})
+    field = bare.locator("#layer")  # the longest of all
+    try:
+        for top in range(120, height - 40, 40):
+            field.evaluate(PUT_AT, top)
+            field.press("Space")
+            until(lambda: field.evaluate(IS_OPEN), "the open list")
+            assert bare.evaluate(AT_STOP) == "stop", top
+            bare.locator("h1").click()
+            until(lambda: not field.evaluate(IS_OPEN), "the closed list")
+    finally:
+        field.evaluate("one => one.removeAttribute('style')")
+        bare.set_viewport_size({"width": 1280, "height": 720})
+
+
 def test_from_everything_that_takes_the_focus(bare: Page, quiet: Running) -> None:
     names = bare.evaluate(FOCUSABLE)
     assert len(names) > 150
