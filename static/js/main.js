@@ -14,6 +14,7 @@ import { startPuck } from "./puck.js";
 import { leaveOut } from "./robot.js";
 import { startSamples } from "./samples.js";
 import { startScene } from "./scene.js";
+import { keepStopInSight } from "./stopinsight.js";
 import { changed, known } from "./store.js";
 import { follow } from "./stream.js";
 import * as texts from "./texts/page.js";
@@ -65,6 +66,7 @@ wearKept();
 async function start() {
   // before anything that waits for the server: stop works, and says so when nothing answers
   status.start();
+  keepStopInSight();
   startName();
   listenForKeys(status.stop);
   startPalette();

@@ -146,6 +146,37 @@ def test_the_words_of_a_stop_lie_over_nothing_else(console: Page, width: int) ->
     assert console.evaluate(OVERLAPS) == []
 
 
+IN_PART = """() => {
+  const { offsetLeft: left, offsetTop: top, width, height, scale } = visualViewport;
+  const stop = document.getElementById("stop");
+  const box = stop.getBoundingClientRect();
+  const whole = box.left >= left && box.right <= left + width + 1 && box.top >= top && box.bottom <= top + height + 1;
+  const hit = document.elementFromPoint((box.left + box.right) / 2, (box.top + box.bottom) / 2);
+  return { scale, left, top, whole, hit: hit === stop, width: box.width * scale };
+}"""
+"""Whether STOP lies in the part of the page that is in sight, over all else, and how wide it is on the screen."""
+
+
+def test_stop_stays_in_sight_where_a_part_of_the_page_is_shown(
+    tablet: Page, look_at: Callable[[Page, str], None]
+) -> None:
+    before = tablet.evaluate(IN_PART)
+    assert (before["scale"], before["whole"]) == (1, True)
+    device = tablet.context.new_cdp_session(tablet)
+    device.send("Emulation.setPageScaleFactor", {"pageScaleFactor": 2.5})
+    tablet.locator("#note-open").evaluate("one => one.scrollIntoView()")
+    until(lambda: tablet.evaluate(IN_PART)["top"] > 100, "a part of the page, made larger")
+    until(lambda: tablet.evaluate(IN_PART)["whole"], "STOP in sight")
+    seen = tablet.evaluate(IN_PART)
+    assert seen["scale"] == pytest.approx(2.5)
+    assert seen["hit"]
+    assert seen["width"] == pytest.approx(before["width"], abs=1)
+    look_at(tablet, "part")
+    device.send("Emulation.setPageScaleFactor", {"pageScaleFactor": 1})
+    expect(tablet.locator("#stop")).not_to_have_class("adrift")
+    assert tablet.evaluate(IN_PART)["whole"]
+
+
 CUT = "one => one.scrollWidth > one.clientWidth + 1 || one.scrollHeight > one.clientHeight + 1"
 
 
