@@ -12,7 +12,7 @@ const SAME = 0.01; // m, rad: a goal as near as this to another is that one
 
 // facts: as panels/next.js gathers them. The answer: button, the id of the button whose act it is, "" where there is nothing
 // to do but wait; text, what it is; about, what to know of it; judge, whose verdict belongs to it: "run", "loop", "sequence",
-// "walk", or "".
+// "walk", "gait", or "".
 export function nextThing(facts) {
   const { gate, armed, loop, making, picking, stopped } = facts;
   if (stopped) return wait(texts.stopped, facts.notCleared ? texts.notClearedHere(facts.notCleared) : texts.aboutStopped, "run");
@@ -31,9 +31,12 @@ const wait = (text, about, judge = "") => thing("", text, about, judge);
 
 const PICKS = wait(texts.click, texts.aboutClick);
 
-// Whether the page's goal is the one that the walk was asked for. Where any heading will do (null), so does the walk's.
+// Whether the page's goal is the one that the walk, or the gait, was asked for. Where any heading will do (null), so does the walk's.
 const isMeant = ({ goal, heading, walk }) => Boolean(walk && goal) && Math.hypot(walk.goal.x - goal[0], walk.goal.y - goal[1]) <= SAME
   && (heading === null || (typeof walk.goal.yaw === "number" && isSameAngle(walk.goal.yaw, heading)));
+
+// Whether the gait that is chosen was planned to the page's goal from how things are; it is not commanded.
+const isGaited = (facts) => facts.gait !== "" && facts.gaited?.name === facts.gait && facts.gaited.fits && isMeant({ ...facts, walk: facts.gaited });
 
 const isSameAngle = (one, other) => Math.abs(Math.atan2(Math.sin(one - other), Math.cos(one - other))) <= SAME;
 
@@ -52,10 +55,10 @@ function underWay({ waiting, why, aborted }, { part }) {
   return why === "step by step" ? thing("run-next", nextRow, "", "run") : thing("run-resume", goOn, texts.aboutGoOn, "run");
 }
 
-// The next foot move of a walk that was found, or all that are left. places: that it was planned without, in words.
-function onward({ walking, places, ready, rest }) {
+// The next foot move of a walk that was found, or all that are left. places: that it was planned without, in words: no gait heeds them.
+function onward({ walking, places, ready, rest, gait }) {
   const judge = walking.done ? "run" : "walk";
-  if (places) return thing("plan-walk", shared.planWalk, places, judge);
+  if (places) return gait ? wait(texts.chooseFree, places, judge) : thing("plan-walk", shared.planWalk, places, judge);
   if (walking.against) return thing("walk-again", fromHere, walking.against, judge);
   const left = walking.of - walking.done;
   const parts = rest ? left : 1;
@@ -96,7 +99,8 @@ function lookedAt({ ground, look }) {
 function toGoal(facts) {
   const { goal, walking, fits, picking } = facts;
   if (!goal || (isMeant(facts) && walking)) return null;
-  if (isMeant(facts) && fits) return picking ? { ...PICKS, judge: "walk" } : thing("walk-to", texts.chooseAnother, "", "walk");
+  if (isGaited(facts)) return picking ? { ...PICKS, judge: "gait" } : thing("walk-to", texts.chooseAnother, texts.aboutGaited, "gait");
+  if (!facts.gait && isMeant(facts) && fits) return picking ? { ...PICKS, judge: "walk" } : thing("walk-to", texts.chooseAnother, "", "walk");
   return thing("plan-walk", facts.gait ? shared.planGait : shared.planWalk, texts.to(goal));
 }
 

@@ -41,7 +41,12 @@ def test_a_gait_is_compared_with_the_walk(console: Page, quiet: Running, look: K
     expect(told.locator("p.yes")).to_contain_text(f"Gait tripod: {steps} steps, {feet} feet moved")
     expect(console.locator("#gait-doubt")).to_be_hidden()
     assert held(quiet)["walk"] == walk
+    button = console.locator("#next-act")
+    expect(button).to_have_text("Choose another goal")
+    expect(console.locator("#verdict")).to_contain_text("Gait tripod:")
     look("tripod")
+    console.locator("#walk-gait").select_option("")
+    expect(button).to_have_text("Plan walk")
 
     blocked = wavy([WALL], half=4.0)
     live.terrains.load(blocked, "made for the test")

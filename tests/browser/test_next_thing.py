@@ -40,6 +40,7 @@ NOTHING = {
     "goal": None,
     "heading": None,
     "gait": "",
+    "gaited": None,
     "look": None,
     "ground": None,
     "now": 1000.0,
@@ -301,6 +302,38 @@ def test_a_walk_to_another_heading_is_planned_anew_and_a_gait_is_called_one():
         assert {one["button"] for one in asked(alike)} == {button}
     (gait,) = asked([told([-0.001, 2.0], heading=1.0, gait="tripod")])
     assert (gait["button"], gait["text"], gait["about"]) == ("plan-walk", "Plan gait", "To (0.00, 2.00) m.")
+
+
+def test_a_gait_that_was_planned_is_not_asked_for_again_and_is_nothing_to_command():
+    goal = {"x": GOAL[0], "y": GOAL[1], "yaw": 0.5}
+    gone = {"goal": goal, "name": "tripod", "fits": True}
+    there = {**NOTHING, "ground": SEEN, "goal": GOAL, "gait": "tripod", "gaited": gone}
+    refused_walk = {"walk": {"goal": goal}, "fits": True}
+    (planned, clicks), others = (
+        asked([there, {**there, "picking": True}]),
+        asked(
+            [
+                {**there, "gait": "wave"},
+                {**there, "goal": ELSEWHERE},
+                {**there, "heading": 0.6},
+                {**there, "gaited": {**gone, "fits": False}},
+                {**there, **refused_walk, "gaited": None},
+            ]
+        ),
+    )
+    assert (planned["button"], planned["text"], planned["judge"]) == ("walk-to", "Choose another goal", "gait")
+    assert "free" in planned["about"]
+    assert (clicks["button"], clicks["judge"]) == ("", "gait")
+    assert {(one["button"], one["text"]) for one in others} == {("plan-walk", "Plan gait")}
+    (walk,) = asked([{**there, "gait": ""}])
+    assert (walk["button"], walk["text"]) == ("plan-walk", "Plan walk")
+
+
+def test_no_gait_is_planned_where_the_walk_is_to_heed_places():
+    walk, said = {"goal": {"x": GOAL[0], "y": GOAL[1]}}, "Places: 1 forbidden. Plan the walk to heed them."
+    found = {**NOTHING, "ground": SEEN, "goal": GOAL, "walk": walk, "fits": True, "places": said, "gait": "wave"}
+    (one,) = asked([{**found, "walking": walking(0)}])
+    assert (one["button"], one["text"], one["about"]) == ("", "Choose free under Gait", said)
 
 
 def test_a_rule_of_a_whole_sequence_names_no_row():

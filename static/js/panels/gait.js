@@ -21,11 +21,20 @@ function draw({ summary, gait }) {
   $("gait-answer").replaceChildren(...(gait ? told(gait) : []));
 }
 
-function told({ status, plan, partial, reason, provenance, walked }) {
-  const name = provenance.settings?.gait ?? "";
-  if (plan) return [element("p", { className: "yes", textContent: texts.gaitFound(name, plan) })];
+// As it is chosen: tripod, ripple or wave.
+export const nameOf = ({ provenance }) => provenance.settings?.gait ?? "";
+
+// What planning came to, as a class and in words.
+export function gaitTold(gait) {
+  const { status, plan, reason } = gait;
+  return plan ? ["yes", texts.gaitFound(nameOf(gait), plan)] : ["no", texts.noGait(nameOf(gait), status, reason)];
+}
+
+function told(gait) {
+  const { plan, partial, walked } = gait;
+  const [className, textContent] = gaitTold(gait);
   return [
-    element("p", { className: "no", textContent: texts.noGait(name, status, reason) }),
-    ...(partial ? [element("p", { className: "doubt", textContent: texts.gaitComes(walked, partial) })] : []),
+    element("p", { className, textContent }),
+    ...(!plan && partial ? [element("p", { className: "doubt", textContent: texts.gaitComes(walked, partial) })] : []),
   ];
 }

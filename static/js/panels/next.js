@@ -14,6 +14,7 @@ import * as texts from "../texts/next.js";
 import * as shared from "../texts/shared.js";
 import { armedFor } from "./commands.js";
 import { kept } from "./conn.js";
+import { gaitTold, nameOf } from "./gait.js";
 import { goalTold, picks } from "./goal.js";
 import { endTold, loopNow, loopTold } from "./loop.js";
 import { verdictOf } from "./outcome.js";
@@ -22,7 +23,7 @@ import { standsStopped } from "./status.js";
 import { goalMeant, walkTold } from "./walk.js";
 import { waitedFor } from "./work.js";
 
-const AWAITED = ["terrain", "photographs", "blend", "clear", "walk", "described_step", "described_walk", "sequence", "foot_moves", "edit"]; // of these what comes next depends on
+const AWAITED = ["terrain", "photographs", "blend", "clear", "walk", "gait", "described_step", "described_walk", "sequence", "foot_moves", "edit"]; // of these what comes next depends on
 const HELD = ["send", "run-resume", "run-next", "loop-on"]; // what makes the rover move is held, never clicked
 
 let here = { button: "", text: texts.waitForServer, about: "", judge: "" };
@@ -54,13 +55,14 @@ function wholeOf({ to_command: planned, footfall, planned_for: { footfall: stepp
   return { planned, footfall: isPlanned ? null : footfall, sees: sees() };
 }
 
-function factsOf({ summary, walk, sequence }) {
+function factsOf({ summary, walk, gait, sequence }) {
   const { gate, walking, terrain, look, run } = summary;
   const walked = walking !== null && walking.done > 0;
   return {
     stopped: standsStopped(known), notCleared: lacking($("stop-clear")) || kept(), gate, making: waitedFor(AWAITED), armed: armedFor(), picking: picks(),
     loop: loopNow(), walking, walk, walked, places: unheededPlaces(), goal: goalTold(), heading: goalMeant().yaw, gait: $("walk-gait").value, look, ground: terrain, now: now(),
     fits: summary.up_to_date.walk?.fits ?? false,
+    gaited: gait && { goal: gait.goal, name: nameOf(gait), fits: summary.up_to_date.gait?.fits ?? false },
     whole: wholeOf(summary),
     ready: summary.up_to_date.sequence?.fits && sequence && !summary.commands_carried_out ? commanded(summary) : 0,
     rest: $("walk-until").value === "rest",
@@ -101,6 +103,7 @@ const CLASSES = { good: "yes", warn: "doubt", busy: "" };
 
 const VERDICTS = {
   walk: ({ walk, summary }) => (summary.up_to_date.walk?.fits === false ? ["doubt", texts.outOfDate(summary.up_to_date.walk.reason)] : walkTold(walk)),
+  gait: ({ gait }) => gaitTold(gait),
   sequence({ sequence }) {
     const broken = sequence.rules.find((rule) => !rule.holds);
     if (broken) return ["no", commands.ruleTold(broken)];

@@ -39,6 +39,8 @@ export const loadGround = "Load the ground as a file";
 export const toFootfall = ({ leg: number, x, y }) => `Leg ${number} to ${place([x, y], 2)}.`;
 export const noGround = "There is no ground yet.";
 export const chooseAnother = "Choose another goal";
+export const aboutGaited = "A gait is only looked at. To walk there, choose free under Gait.";
+export const chooseFree = "Choose free under Gait";
 export const to = ([x, y]) => `To ${place([x, y], 2)}.`;
 export const lookAgain = "Look again: take images";
 export const since = (what) => `Since the newest images, ${what}.`;
