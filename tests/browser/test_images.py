@@ -203,3 +203,17 @@ def test_anybody_can_use_it(console: Page, look: Keep) -> None:
     expect(console.locator("#picture-about")).to_contain_text("haz0, left")
     assert small == {1280: [], 1024: [], 820: []}
     assert wide == {1280: 0, 1024: 0, 820: 0}
+
+
+def test_lines_that_were_not_told_go_and_are_asked_for_again(console: Page, quiet: Running) -> None:
+    opened(console)
+    console.keyboard.press("ArrowLeft")  # round to the last
+    ways, answer = console.locator("#picture-lines path.way.above"), console.locator("#picture-answer")
+    expect(ways).to_have_count(3)
+    said = answer.inner_text()
+    console.route("**/overlay?*", lambda one: one.fulfill(status=409, json={"detail": "not now"}), times=1)
+    current(quiet).maps.choose_footfall(2, -0.2, 2.2)
+    expect(answer).to_have_text("Plan and grid can't be drawn over the image: not now")
+    expect(ways).to_have_count(0)
+    expect(console.locator("#picture-lines path.footfall.above")).to_have_count(1)
+    expect(answer).to_have_text(said)

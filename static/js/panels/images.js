@@ -2,7 +2,7 @@
 // chooses the footfall there; ticks choose the pairs for the next terrain.
 
 import { act } from "../acts.js";
-import { get } from "../api.js";
+import { askAgain, get } from "../api.js";
 import { choiceText, isTicked, tick } from "../cameras.js";
 import { chooseFootfall } from "../choosing.js";
 import { $, asTyped, element, toast } from "../dom.js";
@@ -25,6 +25,7 @@ let listFor = 0;
 let [pair, view] = ["", "left"];
 let overlay = null;
 let overlayFor = "";
+let untold = ""; // why the lines were not told the last time
 let acceptedFor = null; // what the footfall was drawn as
 let at = null; // of the cross [u, v], while it is moved by keys
 let asked = 0;
@@ -176,9 +177,17 @@ async function readLines(summary) {
   drawLines();
   try {
     const found = await get(`/sessions/current/images/${encodeURIComponent(pair)}/${side()}/overlay?of=${list.snapshot}`);
-    if (wanted === overlayFor) overlay = found;
+    if (wanted === overlayFor) {
+      overlay = found;
+      if ($("picture-answer").textContent === untold) say(whatToDo());
+    }
   } catch (error) {
-    if (wanted === overlayFor) say(texts.notDrawn(error.message), "no");
+    if (wanted === overlayFor) {
+      overlay = null; // that of before would be wrong
+      untold = texts.notDrawn(error.message);
+      say(untold, "no");
+      askAgain(() => { if (wanted === overlayFor) overlayFor = ""; });
+    }
   }
   drawLines();
 }
