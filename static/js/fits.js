@@ -5,6 +5,9 @@ import * as texts from "./texts/plan.js";
 /** Why a product is out of date; "" where it is not, or there is none. */
 export const outOfDate = (fit) => (fit?.fits === false ? fit.reason : "");
 
+/** Whether a footfall is another than the chosen one. */
+export const isOfAnother = (chosen, { leg, x, y }) => chosen.leg !== leg || chosen.x !== x || chosen.y !== y;
+
 /** Whether what is being carried out are foot moves of a walk. */
 export const isWalking = ({ summary: { gate, run }, sequence }) =>
   gate.state === "sending" && run?.sequence === sequence?.digest && Boolean(sequence?.foot_moves?.length);

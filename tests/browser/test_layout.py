@@ -173,6 +173,33 @@ def test_what_was_kept_before_there_were_cards_stays(fresh: Page) -> None:
     assert fresh.evaluate(IN_SIGHT) == WALK
 
 
+CARDS = """async ([summary, frame]) => {
+  const { known } = (await import("/js/page.js")).modules["store.js"];
+  const { stateOf } = (await import("/js/page.js")).modules["layout/states.js"];
+  const before = { ...known };
+  Object.assign(known, { summary: { ...known.summary, ...summary } });
+  const heard = { wheel_forces: Array(6).fill([0, 0, 1000]), age_s: frame, heardAt: performance.now() };
+  if (frame !== null) known.frame = heard;
+  const told = ["commands", "plan", "legs", "telemetry"].map(stateOf);
+  Object.assign(known, before);
+  return told;
+}"""
+"""What closed cards say where the server says this of the session, of telemetry that is so old [s]."""
+
+
+def test_a_closed_card_calls_nothing_good_that_is_over_or_of_something_else(fresh: Page) -> None:
+    expect(fresh.locator("#panel-commands > .state")).to_contain_text("commands")
+    commands, plan, *_ = fresh.evaluate(CARDS, [{}, None])
+    assert commands.startswith("✓ ")
+    assert plan == "found, every check holds"
+    assert fresh.evaluate(CARDS, [{"commands_carried_out": True}, None])[0].startswith("carried out, ")
+    assert fresh.evaluate(CARDS, [{"commands_of_another_plan": True}, None])[0] == f"▲ of another plan: {commands}"
+    aside = {"footfall": {"leg": 2, "x": 9.0, "y": 9.0}}
+    assert fresh.evaluate(CARDS, [aside, None])[1] == f"▲ to another footfall: {plan}"
+    assert fresh.evaluate(CARDS, [{}, 0.5])[2] == "all stand"
+    assert fresh.evaluate(CARDS, [{}, 30.0])[2:] == ["▲ 30 s ago: all stand", "▲ STALE, 30 s old"]
+
+
 # -- cards -----------------------------------------------------------------------------------------
 
 

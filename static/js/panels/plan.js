@@ -4,7 +4,7 @@ import { act } from "../acts.js";
 import { get, post } from "../api.js";
 import { chooseFootfall, settled } from "../choosing.js";
 import { $, attempt, element } from "../dom.js";
-import { outOfDate } from "../fits.js";
+import { isOfAnother, outOfDate } from "../fits.js";
 import { askForPlan } from "../planning.js";
 import { keepFields, recallFields, rememberInSession } from "../remembered.js";
 import { isAthletes, orders } from "../robot.js";
@@ -129,8 +129,6 @@ export function mark({ name, holds, where }) {
   if (!holds) return "no";
   return name === "unknown ground under the path" && where !== "none" ? "doubt" : "yes";
 }
-
-const isOfAnother = (chosen, { leg, x, y }) => chosen.leg !== leg || chosen.x !== x || chosen.y !== y;
 
 // What is shown may no longer be what is wanted: say so instead of hiding it.
 function outdated(summary, { digest, footfall }) {
