@@ -200,6 +200,21 @@ def test_a_closed_card_calls_nothing_good_that_is_over_or_of_something_else(fres
     assert fresh.evaluate(CARDS, [{}, 30.0])[2:] == ["▲ 30 s ago: all stand", "▲ STALE, 30 s old"]
 
 
+def test_each_tab_keeps_its_own_layout_over_a_reload(fresh: Page) -> None:
+    fresh.locator("#layout").select_option("execute")
+    other = fresh.context.new_page()
+    other.goto(fresh.url)
+    expect(other.locator("#layout")).to_have_value("execute")
+    other.locator("#layout").select_option("plots")
+    expect(other.locator("#panel-plots")).to_be_visible()
+    fresh.reload()
+    expect(fresh.locator("#panel-commands")).to_be_visible()
+    expect(fresh.locator("#layout")).to_have_value("execute")
+    other.reload()
+    expect(other.locator("#panel-plots")).to_be_visible()
+    expect(other.locator("#layout")).to_have_value("plots")
+
+
 # -- cards -----------------------------------------------------------------------------------------
 
 

@@ -1,5 +1,6 @@
 // The layouts, and what the browser keeps of each: which areas are in sight, which cards are closed, what was put elsewhere.
-// What differs from a layout as it was delivered is kept; every change can be undone until the page is loaded anew.
+// What differs from a layout as it was delivered is kept; every change can be undone until the page is loaded anew. A tab that is
+// loaded anew has its own, another begins with what was changed last in any.
 
 import * as texts from "../texts/layout.js";
 
@@ -30,7 +31,7 @@ export const placed = () => kept.placed[kept.chosen] ?? {};
 
 export function recall() {
   try {
-    const found = JSON.parse(localStorage.getItem(KEPT_AS));
+    const found = JSON.parse(sessionStorage.getItem(KEPT_AS) ?? localStorage.getItem(KEPT_AS));
     if (!(found?.chosen in LAYOUTS)) return;
     const recalled = { ...kept, chosen: found.chosen };
     for (const part of PARTS) recalled[part] = understood(part, found[part]);
@@ -64,6 +65,6 @@ export const undo = () => save(before.pop());
 function save(next) {
   kept = next;
   try {
-    localStorage.setItem(KEPT_AS, JSON.stringify(kept));
+    for (const storage of [sessionStorage, localStorage]) storage.setItem(KEPT_AS, JSON.stringify(kept));
   } catch { /* without storage the layout lasts as long as the page */ }
 }
