@@ -103,6 +103,22 @@ def test_a_verdict_goes_with_what_it_judged(console: Page, quiet: Running) -> No
     expect(told).to_be_hidden()
 
 
+def test_how_far_a_row_came_is_told_also_while_somebody_types_in_another(console: Page, quiet: Running) -> None:
+    live = current(quiet)
+    seconds = console.locator("#commands tbody input").nth(3)
+    seconds.focus()
+    live.rover.connected(lambda text: None)
+    say(quiet, 1)
+    first, *_ = live.commands.send(live.commands.arm()["token"])["commands"]
+    rows = console.locator("#commands tbody tr:not(.group)")
+    live.rover.take_acknowledgement(first, "started")
+    expect(rows.first).to_have_class("current")
+    say(quiet, 2)
+    live.rover.take_acknowledgement(first, "done")
+    expect(rows.first.locator("td").nth(6)).to_contain_text("done")
+    expect(seconds).to_be_focused()
+
+
 def test_commands_that_were_carried_out_are_not_armed(console: Page, quiet: Running) -> None:
     expect(console.locator("#make-sequence")).to_have_text("Make commands: leg 2, for sag")
     carried_out(quiet)

@@ -18,6 +18,7 @@ import { rowStates } from "./run.js";
 
 let armed = null; // {token, digest, until}
 let drawn = "";
+let listed; // digest of the sequence whose rows stand there
 
 export function start() {
   act({ text: texts.insertWait, button: "insert-wait", run: waitFirst, refusal: () => (known.sequence ? "" : shared.noSequence) });
@@ -178,13 +179,29 @@ function drawTable(summary, sequence) {
   const broken = sequence?.rules.filter((rule) => !rule.holds) ?? [];
   $("sequence-text").className = !sequence ? "" : sequence.valid ? "yes" : "no";
   $("sequence-text").textContent = !sequence ? texts.noCommandsYet : texts.summary(sequence.commands.length, sequence.duration, sequence.valid ? texts.rulesHold : broken.map(texts.ruleTold).join("; "));
-  if (focused?.matches("input") || isOnItsWay()) return; // the rows stay under the hands of somebody who types
+  if (focused?.matches("input") || isOnItsWay()) { // the rows stay under the hands of somebody who types
+    if (sequence?.digest === listed) tellStates(states);
+    return;
+  }
   drawn = key;
+  listed = sequence?.digest;
   if (!sequence) return;
   $("commands").tBodies[0].replaceChildren(...sequence.commands.flatMap((_, row) => [groupRow(sequence, row), tableRow(sequence, row, broken, states.get(row))]).filter(Boolean));
   if (focused) [...$("commands").querySelectorAll("button")].find((one) => one.ariaLabel === focused.ariaLabel)?.focus();
   follow();
 }
+
+// How far each row came, in the rows that stand there.
+function tellStates(states) {
+  for (const [row, one] of $("commands").querySelectorAll("tbody tr:not(.group)").entries()) {
+    Object.assign(one.children[TOLD], told(states.get(row)));
+    one.classList.toggle("current", isCurrent(states.get(row)) && !one.classList.contains("failing"));
+  }
+}
+
+const TOLD = 6; // column
+const told = (state) => ({ className: state ? "told" : "", textContent: state?.text ?? "–", title: state?.times ?? "" });
+const isCurrent = (state) => state?.state === "started";
 
 let followed = null; // the row that was brought into sight last: who scrolls away meanwhile is left alone
 
@@ -222,7 +239,7 @@ function tableRow(sequence, row, broken, state) {
       editTyped(target, asTyped(command.duration), (number) => ({ kind: "duration", row, number }), sequence.digest);
     },
   });
-  return element("tr", { className: mine.length ? "failing" : state?.state === "started" ? "current" : "" },
+  return element("tr", { className: mine.length ? "failing" : isCurrent(state) ? "current" : "" },
     element("td", {}, element("button", {
       type: "button", textContent: row + 1, ariaLabel: shared.rowFirst(row + 1), ariaPressed: String(row === chosenRow()),
       onclick: () => choose(row === chosenRow() ? null : row),
@@ -232,7 +249,7 @@ function tableRow(sequence, row, broken, state) {
     element("td", { textContent: command.phase || "–" }),
     element("td", {}, duration),
     element("td", { className: mine.length ? "no" : "sign", textContent: mine.length ? mine.map((rule) => rule.text).join(" ") : "✓" }),
-    element("td", { className: state ? "told" : "", textContent: state?.text ?? "–", title: state?.times ?? "" }),
+    element("td", told(state)),
     element("td", {}, element("button", {
       type: "button", textContent: "✕", ariaLabel: texts.deleteRow(row + 1), onclick: () => deleteRow(row, sequence.digest),
     })));
