@@ -7,7 +7,7 @@ import pytest
 from playwright.sync_api import Page, expect
 
 from tests.support.node import PACKAGES
-from tests.support.page_steps import held
+from tests.support.page_steps import held, press
 from tests.support.server import Running
 from tests.support.spoken import say
 from tests.support.waiting import until
@@ -80,6 +80,24 @@ def test_axe_finds_nothing_serious(console: Page, quiet: Running, athlete, look:
         console.locator(dialog).evaluate("dialog => dialog.close()")
     serious = [f"{state}: {told}" for state, several in found.items() for told in several]
     assert not serious, "\n".join(serious)
+
+
+SILENT = """() => [...document.querySelectorAll("button:disabled")]
+  .filter(one => one.checkVisibility() && !one.title).map(one => one.id || one.ariaLabel || one.textContent)"""
+"""Buttons in sight that can't be pressed and don't say why."""
+
+
+def test_every_button_that_is_off_says_why(console: Page, quiet: Running) -> None:
+    console.keyboard.press("7")
+    press(console, "Alternatives")
+    expect(console.locator("#compare tbody tr")).to_have_count(4)
+    hidden = console.locator("#area-buttons button[aria-expanded=false]")
+    while hidden.count():
+        hidden.first.click()
+    expect(console.locator("#sessions tbody tr")).to_have_count(1)
+    console.evaluate("() => document.querySelectorAll('details').forEach(one => { one.open = true; })")
+    assert console.locator("button:disabled").count() > 10
+    assert console.evaluate(SILENT) == []
 
 
 @pytest.mark.parametrize("width", [1280, 1024, 820])

@@ -75,7 +75,7 @@ function show() {
   $("compare").hidden = listed.length === 0;
   const asked = listed.find((one) => one.kind === "asked")?.figures;
   $("compare").tBodies[0].replaceChildren(...listed.map((one) => {
-    const name = element("button", { type: "button", textContent: one.text, disabled: !one.figures || one.chosen, onclick: () => choose(one.digest) });
+    const name = element("button", { type: "button", textContent: one.text, disabled: !one.figures || one.chosen, title: one.chosen ? texts.isChosen : one.figures ? "" : one.reason, onclick: () => choose(one.digest) });
     const figures = one.figures
       ? ["length", "duration", "clearance", "margin"].map((figure) => element("td", {}, ...told(one.figures[figure], asked?.[figure], one.kind, figure)))
       : [element("td", { colSpan: 4, className: "no", textContent: one.reason })];

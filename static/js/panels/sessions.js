@@ -114,8 +114,8 @@ function row(one, current) {
   const named = renaming?.id === one.id ? renaming.form : element("span", { textContent: `${current ? "▸ " : ""}${toldApart(one)}`, title: one.id });
   const name = element("td", {}, named, element("small", { textContent: `${created} ${one.robot ?? ""}` }), one.latest === null ? null : element("small", { textContent: texts.latest(moment(one.latest)) }));
   if (one.problem) return element("tr", { className: "failing" }, name, element("td", { colSpan: 3, className: "no", textContent: one.problem }));
-  const button = (text, run, disabled = false) => {
-    const made = element("button", { type: "button", textContent: text, disabled, onclick: run });
+  const button = (text, run, against = "") => {
+    const made = element("button", { type: "button", textContent: text, disabled: Boolean(against), title: against, onclick: run });
     made.setAttribute("aria-label", texts.actOf(text, one.name, one.id));
     return made;
   };
@@ -129,7 +129,7 @@ function row(one, current) {
   });
   return element("tr", { className: current ? "current" : "", "data-session": one.id }, name,
     element("td", { className: "count", textContent: one.events ?? "–" }),
-    element("td", { className: "acts" }, button(texts.open, () => open({ session: one.id }), current), button(texts.check, () => check(one.id), checking), element("span", { "data-needs": "planner" }, button(texts.rename, () => rename(one)))),
+    element("td", { className: "acts" }, button(texts.open, () => open({ session: one.id }), current ? texts.isOpen : ""), button(texts.check, () => check(one.id), checking ? texts.checkRuns : ""), element("span", { "data-needs": "planner" }, button(texts.rename, () => rename(one)))),
     element("td", {}, element("label", { className: "touch" }, box)));
 }
 

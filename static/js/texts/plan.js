@@ -109,6 +109,7 @@ export const nearest = "Nearest good place";
 export const why = "Why this plan";
 export const alternatives = "Alternatives";
 export const onFromEnd = "Go on from its end";
+export const isChosen = "This plan is chosen.";
 export const chooseOne = "Alternatives: choose with a click or with key K";
 export const plan = "Plan";
 export const wheel = "Wheel [m]";

@@ -13,6 +13,7 @@ export const noSessions = "No session is kept here yet: open a sample, or import
 export const created = (time) => `made ${time} UTC`;
 export const latest = (time) => `last event ${time} UTC`;
 export const open = "Open";
+export const isOpen = "This session is open.";
 export const check = "Check";
 export const rename = "Rename";
 export const renameThis = "Rename this session";
