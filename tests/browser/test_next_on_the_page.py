@@ -1,6 +1,7 @@
 """What comes next on the page: what sends is held and not clicked, a stop comes before all, the keyboard finds it."""
 
 import re
+import time
 from collections.abc import Callable
 
 import pytest
@@ -10,6 +11,7 @@ from footfall.session.gate import machine
 from tests.browser.test_console_access import violations
 from tests.support.page_steps import RIGID, SESSION, as_shown, held, let_pass, press
 from tests.support.server import Running
+from tests.support.spoken import current, say
 from tests.support.waiting import BOUND_MS
 
 Keep = Callable[[str], None]
@@ -99,3 +101,27 @@ def test_what_was_refused_is_in_sight_with_its_reason(console: Page, quiet: Runn
     expect(console.locator("#verdict")).to_have_class("no")
     expect(console.locator("#verdict")).to_be_in_viewport(ratio=1)
     look("refused")
+
+
+def test_what_failed_before_a_run_is_not_said_of_it_after_a_reload(console: Page, quiet: Running) -> None:
+    why = "there is no way around the rock"
+    failed = {"id": "failed", "kind": "walk", "state": "failed", "fraction": 0.5, "text": why, "result": None}
+    failed |= {"session": held(quiet)["id"], "error": {"kind": "conflict", "message": why, "details": {}}}
+    ended = time.time()
+
+    def with_the_job(route: Route) -> None:
+        answer = route.fetch()
+        body = answer.json()
+        route.fulfill(response=answer, json={**body, "jobs": [*body["jobs"], {**failed, "ended": ended}]})
+
+    console.route("**/sessions/current", with_the_job)
+    console.reload()
+    verdict = console.locator("#verdict")
+    expect(verdict).to_have_text(why)
+    live = current(quiet)
+    live.rover.connected(lambda text: None)
+    say(quiet, 1)
+    live.commands.send(live.commands.arm()["token"])
+    expect(verdict).not_to_have_text(why)
+    console.reload()
+    expect(verdict).to_contain_text(re.compile("^(Row 1|Run 1) "))

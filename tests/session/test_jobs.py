@@ -41,6 +41,7 @@ def test_values_cross_and_come_back_under_their_digest(pool, tiny):
     assert job.finish(BOUND) == dem.digest
     assert job.state == "done"
     assert job.fraction == 1.0
+    assert isinstance(job.as_dict()["ended"], float)
     assert not got[0].heights.flags.writeable
     assert pool.get(job.id) is job
     with pytest.raises(NotFound):

@@ -122,14 +122,10 @@ const VERDICTS = {
 // While the rover walks by itself, what it decided last: what failed is decided over, too.
 const byItself = () => (here.judge === "loop" ? loopTold(loopNow()) : undefined);
 
-let failure = { id: "", runs: 0 }; // the job that failed last, and how many runs there were by then
-
 // What was asked for last and did not come to be: commands that were refused, ground that could not be built. A run that
-// was begun since says more.
+// was begun since says more, also to a page that was loaded since.
 function failed() {
   const job = [...known.jobs.values()].findLast(({ kind }) => AWAITED.includes(kind));
   if (job?.state !== "failed") return undefined;
-  const runs = known.summary.run?.number ?? 0;
-  if (failure.id !== job.id) failure = { id: job.id, runs };
-  return runs > failure.runs ? undefined : ["no", job.error?.message ?? shared.noReason];
+  return known.summary.run?.queued > job.ended ? undefined : ["no", job.error?.message ?? shared.noReason];
 }

@@ -29,3 +29,4 @@ class JobInSummary(TypedDict):
     text: Annotated[str, Says("what is being done, or why it ended")]
     result: DigestText | None
     error: JobFault | None
+    ended: Annotated[float | None, Says("when it ended [s since 1970]; null before")]

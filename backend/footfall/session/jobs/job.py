@@ -27,7 +27,7 @@ class Job:
 
     state: "queued", "running", "done", "failed" or "cancelled"; fraction: 0…1; text: what is being done.
     result: digest of the product once done; error: why there is none. seconds: how long it took, once it has ended,
-    from when it began to run (or was asked for, where it never ran).
+    from when it began to run (or was asked for, where it never ran); ended_at: when that was [s since 1970].
     """
 
     def __init__(
@@ -50,6 +50,7 @@ class Job:
         self.unqueue: Callable[[], bool] = lambda: False
         self.on_end: Callable[[], None] = lambda: None
         self.seconds = 0.0
+        self.ended_at: float | None = None
         self._began = time.monotonic()
         self._ended = threading.Event()
         self._on_done = on_done
@@ -96,6 +97,7 @@ class Job:
             "error": None
             if error is None
             else {"kind": error.kind, "message": error.message, "details": error.details},
+            "ended": self.ended_at,
         }
 
     def waits(self, text: str) -> None:
@@ -124,6 +126,7 @@ class Job:
         if error is None:
             try:
                 self.result = self._on_done(self, product) if self._on_done else getattr(product, "digest", None)
+                self.ended_at = time.time()
                 self.state, self.fraction, self.text = "done", 1.0, "done"
             except FootFallError as err:
                 error = err
@@ -134,6 +137,7 @@ class Job:
                 error = FootFallError(f"the product could not be recorded: {type(err).__name__}: {err}")
         if error is not None:
             self.error = error
+            self.ended_at = time.time()
             self.state = "cancelled" if isinstance(error, Cancelled) else "failed"
             self.text = error.message
         self.seconds = time.monotonic() - self._began
