@@ -12,6 +12,7 @@ import viser
 from numpy.typing import ArrayLike
 
 from footfall.balance.balance_settings import BalanceSettings
+from footfall.balance.payload import loaded
 from footfall.core.arrays import Array
 from footfall.core.frames import apply
 from footfall.core.mesh import Mesh
@@ -85,9 +86,12 @@ def lowest(robot: AnyRobot, posture: ArrayLike, leg: int, T_site_base: Array) ->
     return contact_point(robot, posture, leg, T_site_base)
 
 
-def mass_center(robot: AnyRobot, posture: ArrayLike) -> Array:
-    """Of the whole robot, in base (3,) [m]."""
-    return placed(robot, posture).com if isinstance(robot, LeggedRobot) else center_of_mass(robot, posture)
+def mass_center(robot: AnyRobot, posture: ArrayLike, balance: BalanceSettings | None = None) -> Array:
+    """Of the whole robot, in base (3,) [m]; balance: whose payload it carries instead of its own."""
+    if isinstance(robot, LeggedRobot):
+        return placed(robot, posture).com
+    own = center_of_mass(robot, posture)
+    return own if balance is None else loaded(robot, own, balance)[1]
 
 
 def hip(robot: AnyRobot, posture: ArrayLike, leg: int) -> Array:

@@ -8,7 +8,7 @@ from footfall.planning.step.problem import PlanResult
 from footfall.robot.legged.legged_robot import LeggedRobot
 from footfall.sequence.commands import Sequence
 from footfall.session.live import LiveSession
-from footfall.session.steadiness import friction_of
+from footfall.session.steadiness import stands_with
 from footfall.terrain.dem import Dem
 from footfall_ui.scene.any_robot import DrawnRobot, drawn_robot, leg_parts
 from footfall_ui.scene.cameras import CamerasDrawing
@@ -96,7 +96,7 @@ class RoverPart:
             self._support.hide()
         else:
             dem = read(live, live.state.dem, Dem) if live.state.dem else None
-            self._support.show(live.any_robot, state, dem, friction_of(live), live.choices.view.shown.region)
+            self._support.show(live.any_robot, state, dem, stands_with(live), live.choices.view.shown.region)
 
     def draw_cameras(self, live: LiveSession) -> None:
         if self._cameras is None:

@@ -89,9 +89,9 @@ def stance_of(robot: AnyRobot, state: RobotState, dem: Dem | None = None) -> Dra
     return over(robot, state, held(robot, dem, state, bearing(robot, state)))
 
 
-def over(robot: AnyRobot, state: RobotState, support: Support) -> DrawnStance:
-    """The centre of mass of a state over what some wheels hold."""
-    com = apply(state.T_site_base, mass_center(robot, state.posture))
+def over(robot: AnyRobot, state: RobotState, support: Support, balance: BalanceSettings | None = None) -> DrawnStance:
+    """The centre of mass of a state, with the payload of ``balance``, over what some wheels hold."""
+    com = apply(state.T_site_base, mass_center(robot, state.posture, balance))
     z = float(support.points[:, 2].mean()) if len(support.points) else float(state.T_site_base[2, 3])
     margins = {name: float(found[0]) for name, found in support.margins(com[None, :2]).items()}
     return DrawnStance(support, com, np.array([com[0], com[1], z]), margins, size(robot), feet(robot))
@@ -136,12 +136,12 @@ class SupportDrawing:
         balance: BalanceSettings | None = None,
         region: bool = True,
     ) -> None:
-        """dem, balance: what the region is found with; region: whether it is drawn."""
-        asked = (tuple(bearing(robot, state)), dem and dem.digest, balance and balance.friction)
+        """dem, balance: what region and centre of mass are found with; region: whether it is drawn."""
+        asked = (tuple(bearing(robot, state)), dem and dem.digest, balance and balance.digest)
         if self._of is not None and self._of[1] == (asked, region) and stands_still(self._of[0], state):
             return
         self._of = None
-        stance = over(robot, state, self._feet_hold(robot, state, dem, balance, asked))
+        stance = over(robot, state, self._feet_hold(robot, state, dem, balance, asked), balance)
         cross = np.array([[[-ARM, 0, 0], [ARM, 0, 0]], [[0, -ARM, 0], [0, ARM, 0]]]) * stance.size + stance.foot
         plumb = np.concatenate([cross, [[stance.com, stance.foot]]])
         top = stance.com + np.array([0.0, 0.0, MAST * stance.size])

@@ -10,7 +10,9 @@ from footfall.core.errors import NotFound
 from footfall.core.frames import apply
 from footfall.maps.standing import contacts
 from footfall.planning.body.stand import stand
+from footfall.robot.description import with_payload
 from footfall.robot.kinematics import center_of_mass, wheel_centers
+from footfall.robot.model import Robot
 from footfall.session.core import present
 from footfall.session.jobs.local import InlineJobs
 from footfall.session.registry import Sessions
@@ -19,6 +21,7 @@ from footfall.telemetry.state import TelemetryFrame
 from tests.support.chassis_ground import wavy
 from tests.support.problems import problem
 from tests.support.server import running_server
+from tests.support.waiting import until
 
 LEG = 2
 
@@ -76,6 +79,38 @@ def test_a_course_is_told_once(served):
     address = f"/sessions/current/steadiness/{live.state.plan}"
     tag = client.get(address).headers["ETag"]
     assert client.get(address, headers={"If-None-Match": tag}).status_code == 304
+
+
+def test_the_standing_rover_carries_what_maps_or_commands_say(served, monkeypatch):
+    client, live = served
+    state = live.get(live.state.state)
+
+    def com_with(mass: float, place: list[float]) -> np.ndarray:
+        robot = Robot(with_payload(live.robot.description, mass, position=np.array(place)))
+        return apply(state.T_site_base, center_of_mass(robot, state.posture))
+
+    def stands() -> dict:
+        return client.get("/sessions/current/steadiness").json()
+
+    carried, place = 150.0, [0.3, 0.9, 0.3]
+    commands = live.get(live.state.sequence)
+    said = replace(
+        commands.provenance.settings, compliance=None, payload_mass=carried, payload_position=np.array(place)
+    )
+    laden = replace(commands, provenance=replace(commands.provenance, settings=said))
+    before = stands()
+    get = live.get
+    monkeypatch.setattr(live, "get", lambda digest: laden if digest == live.state.sequence else get(digest))
+    assert stands()["com"] == pytest.approx(com_with(carried, place))
+    # what the colours are made with comes first
+    others, there = 80.0, [-0.5, 0.0, 0.4]
+    balance = {"payload_mass": others, "payload_position": there}
+    job = client.post("/sessions/current/maps", json={"leg": LEG, "settings": {"balance": balance}}).json()
+    until(lambda: client.get(f"/jobs/{job['id']}").json()["state"] == "done", "the maps")
+    client.put("/sessions/current/view", json={"leg": LEG}).raise_for_status()
+    found = stands()
+    assert found["com"] == pytest.approx(com_with(others, there))
+    assert found["margins"]["plain"] != pytest.approx(before["margins"]["plain"], abs=0.01)
 
 
 def test_what_does_not_move_has_no_course(served):

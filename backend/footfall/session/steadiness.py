@@ -55,6 +55,7 @@ class JudgedMotion:
 
 def judged(live: LiveSession) -> Judged:
     """The rover as it stands: as telemetry has it, or before it says anything, as is planned from. Raises NotFound."""
+    from footfall.balance.payload import loaded
     from footfall.core.frames import apply
     from footfall.maps.support_outlines import bearing, support_of
     from footfall.robot.kinematics import center_of_mass
@@ -67,20 +68,32 @@ def judged(live: LiveSession) -> Judged:
         stands = live.typed(RobotState, state.state)
     else:
         raise NotFound("the rover has sent no telemetry yet, and there is no state to plan from")
-    balance = friction_of(live)
+    balance = stands_with(live)
     robot = live.robot
     support = support_of(robot, dem, stands.posture, stands.T_site_base, bearing(robot, stands), balance)
-    com = apply(stands.T_site_base, center_of_mass(robot, stands.posture))
+    com = apply(stands.T_site_base, loaded(robot, center_of_mass(robot, stands.posture), balance)[1])
     margins = {name: float(found[0]) for name, found in support.margins(com[None, :2]).items()}
     return Judged(frame is not None, stands.time, com, support, margins, balance.friction)
 
 
-def friction_of(live: LiveSession) -> BalanceSettings:
-    """With which friction the standing rover is judged: as the current maps of the chosen leg, or as delivered."""
+def stands_with(live: LiveSession) -> BalanceSettings:
+    """With what the standing rover is judged.
+
+    Friction as in the current maps of the chosen leg, or as delivered; the payload that these were made with, or where
+    they name none the present commands.
+    """
+    from footfall.sequence.steadiness_course import balance_of
+
     maps = live.maps.shown(live.choices.view.leg)
     settings = None if maps is None else maps.provenance.settings
-    balance = settings.balance if isinstance(settings, MapSettings) else BalanceSettings()
-    return BalanceSettings(friction=balance.friction)
+    said = settings.balance if isinstance(settings, MapSettings) else BalanceSettings()
+    carries = said
+    if said.payload_mass is None and live.state.sequence is not None:
+        commands = live.get(live.state.sequence)
+        carries = balance_of(commands) if isinstance(commands, Sequence) else said
+    return BalanceSettings(
+        friction=said.friction, payload_mass=carries.payload_mass, payload_position=carries.payload_position
+    )
 
 
 def along(live: LiveSession, digest: str) -> JudgedMotion:

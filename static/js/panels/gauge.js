@@ -93,9 +93,9 @@ function draw({ summary, frame, plan, sequence }) {
   $("gauge-note").textContent = [...new Set(notes)].join("; ");
 }
 
-// The standing rover is asked about when it has moved, or when the ground or its colours are others: at most once a second.
+// The standing rover is asked about when it has moved, or when the ground, its colours or the commands are others: at most once a second.
 function look(summary, frame) {
-  const now = `${summary.id} ${summary.dem} ${summary.view.leg} ${summary.maps[summary.view.leg]} ${frame ? loaded(frame) : summary.state}`;
+  const now = `${summary.id} ${summary.dem} ${summary.view.leg} ${summary.maps[summary.view.leg]} ${summary.sequence} ${frame ? loaded(frame) : summary.state}`;
   const moved = frame && (!posture || frame.posture.some((q, i) => Math.abs(q - posture[i]) > TURN));
   if (!frame && !summary.state) {
     stands = null;
