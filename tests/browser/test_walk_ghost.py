@@ -3,6 +3,8 @@
 import re
 from collections.abc import Callable
 from dataclasses import replace
+from datetime import UTC, datetime, timedelta
+from email.utils import format_datetime
 from typing import Any
 
 import numpy as np
@@ -165,3 +167,11 @@ def test_the_footfall_on_the_oldest_ground_is_a_press_away(console: Page, quiet:
     button.click()
     end = moments_of(made["plan"])[np.flatnonzero(np.array(made["plan"]["moves"]) == oldest).max()]
     until(lambda: abs(held(quiet)["view"]["scrub"] - end) < 1e-9, "the ghost at that footfall")
+
+    def three_hours_on(route: Route) -> None:
+        answer = route.fetch()
+        then = format_datetime(datetime.now(UTC) + timedelta(hours=3), usegmt=True)
+        route.fulfill(response=answer, headers={**answer.headers, "date": then})
+
+    console.route("**/sessions/current", three_hours_on)
+    expect(button).to_have_text("◷ oldest ground 5 h")

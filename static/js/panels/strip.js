@@ -21,6 +21,7 @@ let drawn = null; // the plan that is on it
 let asked = ""; // digest of the walk that the server was last asked about
 let told = null; // what it said: what the plan itself does not have
 let why = ""; // why it did not say it, until it does
+let ageTold = ""; // what is said of the oldest ground
 
 export function start() {
   for (const [name, text] of Object.entries(ACTS)) {
@@ -43,7 +44,7 @@ function draw() {
   $("ghost").classList.toggle("of-walk", Boolean(plan));
   if (!plan) return;
   ask(known.walk.digest);
-  if (plan !== drawn) show(plan);
+  if (plan !== drawn || isOlder()) show(plan);
   drawn = plan;
   pointAt(shownMoment());
 }
@@ -51,7 +52,7 @@ function draw() {
 // Once for each walk, and again where it was not told; the strip is drawn again with what comes.
 async function ask(digest) {
   if (digest === asked) return;
-  [asked, told, why] = [digest, null, ""];
+  [asked, told, why, ageTold] = [digest, null, "", ""];
   const [found, refused] = await get(`/sessions/current/walks/${digest}/along`).then((answer) => [answer, ""], (error) => [null, error.message]);
   if (digest !== asked) return; // another walk came meanwhile
   [told, why, drawn] = [found, refused, null];
@@ -81,6 +82,7 @@ function worst(plan) {
 
 // Of each foot move how old the ground is that it comes down on [s]; none where the map does not say when it was seen.
 const agesOf = () => (told.newest === null ? [] : told.seen_before.map((before) => before + Math.max(0, now() - told.newest)));
+const isOlder = () => ageTold !== "" && texts.oldestGround(Math.max(...agesOf())) !== ageTold;
 const isTimeless = () => told !== null && told.newest === null;
 
 function show(plan) {
@@ -100,6 +102,7 @@ function show(plan) {
   $("strip-spare-line").setAttribute("d", stepped(spares.map((spare, i) => [moments[told.parts[i].first], moments[told.parts[i].last], spare]), highest.spare));
   $("strip-age-line").setAttribute("d", stepped(ages.map((value, i) => [begins[i], begins[i + 1], value]), highest.age));
   const found = worst(plan);
+  ageTold = found.age?.text ?? "";
   for (const name of Object.keys(FIGURES)) mark(name, found[name], plan, moments, highest[name]);
   const every = Math.ceil(plan.legs.length / NUMBERS);
   $("strip-ticks").replaceChildren(...ends.map((end, number) => tick(end, begins[number], number, plan, every)));
