@@ -4,9 +4,10 @@ from collections.abc import Callable
 
 import numpy as np
 import pytest
-from playwright.sync_api import Page, expect
+from playwright.sync_api import Page, Route, expect
 
 from footfall.planning.body.stand import stand
+from tests.browser.test_choosing import coloured
 from tests.browser.test_console_access import violations
 from tests.support.chassis_ground import wavy
 from tests.support.page_steps import held, made, press
@@ -140,3 +141,34 @@ def test_the_route_lies_where_it_was_planned(mapped: Page, quiet: Running, look:
     for at in along:
         until(lambda at=at: is_there(mapped, ROUTE_RGB, at), f"the route at {at}")
     look("route")
+
+
+def test_nothing_is_read_of_the_maps_before_while_others_come(console: Page, quiet: Running) -> None:
+    coloured(console, quiet, 2)
+    console.locator("#area-map").click()
+    read, canvas = console.locator("#map-read"), console.locator("#map-left")
+    canvas.hover()
+    expect(read.locator("li").first).to_be_visible()
+    held_back: list[Route] = []
+    console.route("**/maps/*", lambda one: held_back.append(one))
+    asked: list[str] = []
+    console.on("request", lambda one: asked.append(one.url) if "/at?" in one.url else None)
+    console.locator("#conservative").check()
+    digest = coloured(console, quiet, 2)
+    until(lambda: console.title() and any(digest in one.request.url for one in held_back), "a question about the new")
+    expect(read).to_contain_text("Point at the map")
+    canvas.hover(position={"x": 40, "y": 40})
+    canvas.hover(position={"x": 60, "y": 60})
+    # the first answer is lost, and it is asked again
+    for one in held_back:
+        one.fulfill(status=409, json={"detail": "not now"})
+    console.unroute("**/maps/*")
+
+    def is_read() -> bool:
+        canvas.hover(position={"x": 50, "y": 50})
+        canvas.hover(position={"x": 70, "y": 70})
+        return read.locator("li").count() > 0
+
+    until(is_read, "what the new maps say")
+    assert asked
+    assert all(digest in one for one in asked)

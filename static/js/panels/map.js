@@ -2,7 +2,7 @@
 // what every layer says of the point under the pointer.
 
 import { act } from "../acts.js";
-import { ROOT, get } from "../api.js";
+import { ROOT, askAgain, get } from "../api.js";
 import { fitted, moved, toPixel, toSite, zoomed } from "../above.js";
 import { COLOURS, cross, paintMarks, paintScale } from "../abovemarks.js";
 import { chooseFootfall } from "../choosing.js";
@@ -133,7 +133,10 @@ function listen(canvas) {
     } else readOut(placeAt(canvas, event));
   });
   canvas.addEventListener("pointerup", (event) => {
-    if (down && !drags) chooseAt(placeAt(canvas, event));
+    if (down && !drags) {
+      readOut(placeAt(canvas, event)); // a finger points at nothing before
+      chooseAt(placeAt(canvas, event));
+    }
     if (down?.footfall) letFootfallGo(true);
     down = null;
   });
@@ -165,10 +168,13 @@ async function draw({ summary }) {
   if (summary.dem !== groundFor) loadGround(summary.dem);
   if (wanted !== aboutFor) {
     aboutFor = wanted;
-    forgetPoint();
-    about = wanted ? await attempt(() => get(`/sessions/current/maps/${wanted}`)) : null;
-    if (aboutFor !== wanted) return; // others are asked for by now
+    about = null; // nothing is read or painted of the maps before
     for (const side of SIDES) pictures[side] = null; // each side is painted while the other one loads
+    forgetPoint();
+    const found = wanted ? await attempt(() => get(`/sessions/current/maps/${wanted}`)) : null;
+    if (aboutFor !== wanted) return; // others are asked for by now
+    about = found ?? null;
+    if (wanted && !about) askAgain(() => { if (aboutFor === wanted) aboutFor = ""; });
     SIDES.forEach(loadPicture);
   }
   paint();
@@ -178,7 +184,7 @@ function loadGround(dem) {
   groundFor = dem;
   ground = null;
   forgetPoint();
-  if (dem) load(`terrains/${dem}/relief.png`, (image) => { if (groundFor === dem) ground = image; });
+  if (dem) load(`terrains/${dem}/relief.png`, () => groundFor === dem, (image) => { ground = image; });
   if (about) SIDES.forEach(loadStripes);
 }
 
@@ -192,22 +198,25 @@ function loadPicture(side) {
     return;
   }
   loadStripes(side);
-  load(`maps/${digest}/${layer}.png`, (image) => { if (about?.digest === digest && layerOf(side) === layer) pictures[side] = image; });
+  load(`maps/${digest}/${layer}.png`, () => about?.digest === digest && layerOf(side) === layer, (image) => { pictures[side] = image; });
 }
 
 function loadStripes(side) {
   stripes[side] = null;
   if (known.summary.dem === about.parents.dem) return;
-  const [of, digest] = [groundFor, about.digest];
-  load(`maps/${digest}/changed.png?layer=${encodeURIComponent(layerOf(side))}&ground=${of}`, (image) => { if (about?.digest === digest && groundFor === of) stripes[side] = image; });
+  const [of, digest, layer] = [groundFor, about.digest, layerOf(side)];
+  load(`maps/${digest}/changed.png?layer=${encodeURIComponent(layer)}&ground=${of}`,
+    () => about?.digest === digest && groundFor === of && layerOf(side) === layer, (image) => { stripes[side] = image; });
 }
 
-function load(file, taken) {
+// isWanted: whether it still is when it has come. What did not come is asked for again.
+function load(file, isWanted, taken) {
   const image = new Image();
   image.onload = () => {
-    taken(image);
+    if (isWanted()) taken(image);
     paint();
   };
+  image.onerror = () => askAgain(() => { if (isWanted()) load(file, isWanted, taken); });
   image.src = `${ROOT}/sessions/${encodeURIComponent(known.summary.id)}/${file}`;
 }
 
