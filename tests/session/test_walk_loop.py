@@ -19,7 +19,7 @@ from footfall.planning.walk.problem import Place, WalkGoal, WalkSettings
 from footfall.planning.walk.smoothing import Smoothing
 from footfall.planning.walk_execution import stage
 from footfall.planning.walk_execution.decision import WayOnSettings
-from footfall.planning.walk_execution.firmer import firmer
+from footfall.planning.walk_execution.firmer import MORE_CLEARANCE, firmer
 from footfall.planning.watch import OutOfTime, Watch
 from footfall.robot.kinematics import wheel_centers
 from footfall.sequence.commands import wait
@@ -30,6 +30,7 @@ from footfall.session.gate.machine import ARMED_FOR
 from footfall.session.jobs.local import InlineJobs
 from footfall.session.loop_pieces import Pieces
 from footfall.session.loop_settings import LoopSettings
+from footfall.session.loop_ways import WaysOn
 from footfall.session.products.kinds import FOOT_MOVES, ROUTE, WALK
 from footfall.session.registry import Sessions
 from footfall.session.replay.recompute import replay
@@ -541,6 +542,34 @@ def test_a_walk_whose_commands_are_refused_is_planned_as_far_and_more_firmly(liv
     ]
     goals = [live.get(digest).goal for digest, one in live.state.products.items() if one.kind == WALK.name]
     assert all(goal.x == pytest.approx(goals[0].x, abs=0.05) for goal in goals)
+
+
+def test_a_walk_on_which_bodies_come_too_near_is_planned_with_more_clearance(live, rover, monkeypatch):
+    """After a search that finds none with as much it is planned with as much as was asked for."""
+    plain, refusals = live.walks.command, iter(("wheel clearance", "self collision", "torque", "self collision"))
+
+    def command(walk, first, *asked, **more):
+        if fails := next(refusals, None):
+            raise InvalidInput(f"foot move 1: {fails} fails", fails=[fails])
+        return plain(walk, first, *asked, **more)
+
+    def finds_none(ways, goal, asked, anew):
+        walk, found = plans(ways, goal, asked, anew)
+        if asked.clearance > UNSEEN.walk.clearance + 1.5 * MORE_CLEARANCE:
+            found = replace(found, status=Status.NO_PATH, plan=None, reason="it has less clearance where it stands")
+        return walk, found
+
+    plans = WaysOn.plan
+    monkeypatch.setattr(WaysOn, "plan", finds_none)
+    monkeypatch.setattr(live.walks, "command", command)
+    monkeypatch.setattr(WalkLoop, "_look", lambda _, so_far: replace(so_far, looked=True, refused=""))
+    loop = live.walk_to(WalkGoal(1.2, 0.1), replace(UNSEEN, way_on=WayOnSettings(look_every=0)))
+    rover.before_row = lambda rows: loop.leave() if loop.foot_moves else None
+    ended(loop)
+    made = [one for one in live.state.products.values() if one.kind == WALK.name]
+    added = [live.get(one.settings).settings.clearance - UNSEEN.walk.clearance for one in made]
+    # the first refusal is followed by a look alone
+    assert added == pytest.approx([0.0, MORE_CLEARANCE, MORE_CLEARANCE, 2 * MORE_CLEARANCE, 0.0])
 
 
 AROUND = replace(UNSEEN, farthest=0.9, route=RouteSettings(no_go=(NoGo(0.8, 0.0, 0.25),)))

@@ -61,7 +61,7 @@ class Pieces:
         # a plan that was found was not too far, but not firm enough
         not_found = max(so_far.anew - 1 - so_far.declined, 0)
         dem, live, farthest = newest_dem(self._live), self._live, self.ways.farthest / 2**not_found
-        asked = firmer(self._with_no_foot_where_it_keeps_off(), so_far.declined)
+        asked = firmer(self._with_no_foot_where_it_keeps_off(), so_far.declined, so_far.too_near)
         asked = replace(asked, seed=asked.seed + so_far.anew - 1, pinned=so_far.unmet)
         stage: Stage | str = "no ground is known yet" if so_far.nearest is None else Stage(so_far.nearest, asked)
         live.stances.freeze()
@@ -74,7 +74,9 @@ class Pieces:
         self.walk, found = self.ways.plan(stage.goal, self._settings_of(stage), so_far.anew > 1)
         refused = f"no walk is found: {found.reason}" if found.plan is None else self._trespass(found.plan)
         plan = None if refused else found.plan
-        return plan, replace(so_far, refused=refused, nearest=came_nearest(found), short=stage.short)
+        # where it has less clearance now than it is to keep, no walk begins
+        near = so_far.too_near if found.plan is not None else 0
+        return plan, replace(so_far, refused=refused, too_near=near, nearest=came_nearest(found), short=stage.short)
 
     @property
     def commanded(self) -> "ExecutionSettings":

@@ -217,7 +217,7 @@ class WalkLoop:
         try:
             sequence = live.walks.command(self._pieces.walk, number, count, self._pieces.commanded)
         except FootFallError as error:
-            return number, so_far.with_no_commands(error.message)
+            return number, so_far.with_no_commands(error.message, error.details.get("fails", ()))
         if refused := self._begin(sequence):
             return number, so_far.with_no_commands(refused)
         self._carry_out()
@@ -240,7 +240,7 @@ class WalkLoop:
             self._take_images()
             self._let_go(self._live.commands.resume)
         self._carry_out()
-        return replace(self._map_anew(tried), anew=0, declined=0) if up else tried
+        return replace(self._map_anew(tried), anew=0, declined=0, too_near=0) if up else tried
 
     def _goes_to(self, row: int, last: int) -> bool:
         """Whether its run waits before a row, once it waits or has ended; before the ``last`` it lets none go."""

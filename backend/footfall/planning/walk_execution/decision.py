@@ -1,11 +1,15 @@
 """What a rover that walks to a goal may do next, within which limits, and what it has done so far."""
 
+from collections.abc import Collection
 from dataclasses import dataclass, replace
 from enum import Enum
 
 from footfall.core.bounds import require_above_zero, require_not_negative
 from footfall.core.value import Value, value, value_enum
 from footfall.planning.walk.problem import LEAST_MARGIN, MOST_TORQUE, Place, WalkGoal
+
+TOO_NEAR = ("self collision", "terrain collision", "wheel clearance")
+"""Checks of an execution that fail where bodies would come too near to each other or to the ground."""
 
 
 @value_enum
@@ -57,16 +61,18 @@ class SoFar:
 
     moved: foot moves since the latest look. looked: whether it looked since it last moved; anew: how often it was
     planned anew since, declined: for how many of those plans no commands were made or sent, as the rover would not
-    stand firmly. refused: why what was decided last can't be done: no walk was found, or the next foot move of the walk
-    can't be commanded; empty where nothing was refused. nearest: where a search came that found no walk, which is gone
-    to first. short: why the walk ends before the goal; empty where it does not. lifted: legs that were lifted to look,
-    or could not be, since it last moved. unmet: pinned places that have had no foot yet.
+    stand firmly; too_near: for how many of these bodies would come too near, since a search last found no walk.
+    refused: why what was decided last can't be done: no walk was found, or the next foot move of the walk can't be
+    commanded; empty where nothing was refused. nearest: where a search came that found no walk, which is gone to first.
+    short: why the walk ends before the goal; empty where it does not. lifted: legs that were lifted to look, or could
+    not be, since it last moved. unmet: pinned places that have had no foot yet.
     """
 
     moved: int = 0
     looked: bool = False
     anew: int = 0
     declined: int = 0
+    too_near: int = 0
     refused: str = ""
     nearest: WalkGoal | None = None
     short: str = ""
@@ -75,9 +81,12 @@ class SoFar:
 
     def gone_on(self, moved: int, unmet: tuple[Place, ...]) -> "SoFar":
         """After so many foot moves more, with the pinned places that they leave."""
-        moved += self.moved
-        return replace(self, moved=moved, looked=False, anew=0, declined=0, refused="", lifted=(), unmet=unmet)
+        return SoFar(moved=self.moved + moved, nearest=self.nearest, short=self.short, unmet=unmet)
 
-    def with_no_commands(self, why: str) -> "SoFar":
-        """After commands were not made, or not sent: the first time it looks, and the same plan is tried once more."""
-        return replace(self, refused=why, declined=self.declined + self.looked)
+    def with_no_commands(self, why: str, fails: Collection[str] = ()) -> "SoFar":
+        """After commands were not made, or not sent: the first time it looks, and the same plan is tried once more.
+
+        fails: checks of the execution that fail, by their names.
+        """
+        near = self.too_near + (self.looked and not set(TOO_NEAR).isdisjoint(fails))
+        return replace(self, refused=why, declined=self.declined + self.looked, too_near=near)

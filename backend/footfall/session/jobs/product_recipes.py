@@ -256,6 +256,7 @@ def foot_moves(parents: Mapping[str, Any], settings: FootMovesRequest, progress:
             status=found.status.value,
             mode=settings.settings.mode,
             failed_at=found.failed_at,
+            fails=[check.name for check in found.checks if not check.holds],
         )
     return make_sequence(found.execution, robot, dem)
 
