@@ -18,6 +18,7 @@ from footfall.planning import watch
 from footfall.planning.answers import Status
 from footfall.planning.motion import BODY
 from footfall.planning.step.problem import StepSettings
+from footfall.planning.walk.assemble import checks_of
 from footfall.planning.walk.plan import plan_walk
 from footfall.planning.walk.problem import MOST_ATTEMPTS, Place, WalkGoal, WalkSettings, foot_moves_in_words
 from footfall.planning.walk.recheck.recheck_settings import RecheckSettings
@@ -113,6 +114,16 @@ def test_margins_and_torques_of_a_walk_are_no_better_than_told(athlete, ground, 
     )
     assert checks["support"].margin == pytest.approx(told["balance (support polygon)"].margin, abs=0.02)
     assert checks["torque"].margin >= told["torque"].margin - 0.02
+
+
+def test_a_walk_that_begins_with_less_than_it_is_to_keep_says_so(found):
+    """The walk of other settings stands for one that begins so: what it has less of is only not to get less."""
+    margin, torque = float(found.plan.margins.min()), float(found.plan.torques.max())
+    asked = replace(SETTINGS, least_margin=margin + 0.02, most_torque=torque - 0.02)
+    for settings, says in ((SETTINGS, False), (asked, True)):
+        for check in checks_of(found.plan, settings)[:2]:
+            assert check.where.endswith("with less than is asked for, which gets no less on the way") == says
+            assert (check.margin < 0.0) == says
 
 
 def test_the_chassis_ends_within_the_goals_tolerance(found):

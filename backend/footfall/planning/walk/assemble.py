@@ -65,21 +65,11 @@ def checks_of(plan: Measured, settings: WalkSettings) -> tuple[Check, ...]:
     """What a plan was checked for, each where it has least to spare; what it fails is never planned."""
     margin, torque = int(np.argmin(plan.margins)), int(np.argmax(plan.torques))
     kind = "conservative polygon" if settings.support == "required" else "support polygon"
+    inside = float(plan.margins[margin]) - settings.least_margin
+    left = settings.most_torque - float(plan.torques[torque])
     found = [
-        Check(
-            f"balance ({kind})",
-            True,
-            float(plan.margins[margin]) - settings.least_margin,
-            "m",
-            _where(plan, margin),
-        ),
-        Check(
-            "torque",
-            True,
-            settings.most_torque - float(plan.torques[torque]),
-            "of the limit",
-            _where(plan, torque),
-        ),
+        Check(f"balance ({kind})", True, inside, "m", _where(plan, margin) + _less(inside)),
+        Check("torque", True, left, "of the limit", _where(plan, torque) + _less(left)),
     ]
     for name in ("joint limits", "self collision", "terrain collision"):
         found.append(Check(name, True, float("nan"), "", "sure all the way, sizes are not told"))
@@ -88,3 +78,8 @@ def checks_of(plan: Measured, settings: WalkSettings) -> tuple[Check, ...]:
 
 def _where(plan: Measured, at: int) -> str:
     return f"{part_name(int(plan.moves[at]), len(plan.groups))}, {plan.phases[at]}, waypoint {at}"
+
+
+def _less(spare: float) -> str:
+    """What is to be said where there is less than asked for: a walk keeps what it begins with then."""
+    return "" if spare >= 0.0 else "; the rover stands with less than is asked for, which gets no less on the way"
