@@ -15,6 +15,7 @@ from footfall.maps.colors import FOOTING, REACH
 from footfall.maps.layers import NOT_LIFTED, REACHABLE_STABLE, MapSettings, MapStack
 from footfall.maps.stack import map_stack
 from footfall.planning.answers import Status
+from footfall.planning.body.body_shift import PredictedState
 from footfall.planning.step.leg_maps import compute_maps
 from footfall.planning.step.plan import plan_step
 from footfall.planning.step.problem import StepSettings
@@ -65,6 +66,36 @@ def test_a_leg_that_can_not_be_lifted_has_no_green_cell_and_says_why_once(athlet
         target = float(dem.geometry.xs[cols[i]]), float(dem.geometry.ys[rows[i]])
         result = plan_step(athlete, dem, state, LEG, target, settings=StepSettings(friction=SLIPPERY))
         assert (result.status, result.reason) == (Status.START_INVALID, refused.not_lifted)
+
+
+STRICT = [
+    ({"conservative": True}, {"conservative": True}),
+    ({"stable_margin": 1.2}, {"least_margin": 1.2}),
+]
+
+
+@pytest.mark.parametrize(("asked", "of_step"), STRICT, ids=["conservative", "margin"])
+def test_maps_ask_of_the_lift_what_they_ask_of_the_footfall(athlete, asked, of_step):
+    """In the middle of its feet the rover can't lift a leg so; with the chassis away from the leg, and lower, it can."""
+    flat = from_heights(np.zeros((len(X), len(X)), np.float32), 0.1, -4, -4, "flat")
+    middle = footfall.stand(athlete, flat)
+    hip = athlete.description.legs[LEG].T_base_hip[:2, 3]
+    dx, dy = -0.2 * hip / np.linalg.norm(hip)
+    moved = footfall.shifted_state(athlete, flat, middle, footfall.BodyShift(dx=dx, dy=dy, dz=-0.4))
+    assert isinstance(moved, PredictedState), moved
+    for state, lifts in ((middle, False), (moved, True)):
+        stack = compute_maps(athlete, flat, state, LEG, MapSettings(**asked))
+        assert (stack.not_lifted == "") == lifts
+        greens = np.argwhere(stack.layers["footing"] == REACHABLE_STABLE)
+        assert (len(greens) > 0) == lifts
+        refused = np.argwhere(stack.layers["footing"] == NOT_LIFTED)
+        assert (len(refused) > 0) != lifts
+        cells = greens if lifts else refused
+        row, col = cells[len(cells) // 2]
+        goal = float(flat.geometry.xs[col]), float(flat.geometry.ys[row])
+        step = plan_step(athlete, flat, state, LEG, goal, settings=StepSettings(**of_step))
+        assert (step.status is Status.FOUND) == lifts, step.reason
+        assert lifts or step.reason.split(";")[0] == stack.not_lifted.split(";")[0]
 
 
 def test_a_leg_that_can_be_lifted_has_the_maps_that_it_had(athlete, scene):

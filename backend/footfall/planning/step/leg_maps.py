@@ -57,6 +57,8 @@ def why_not_lifted(robot: Robot, dem: Dem, state: RobotState, leg: int, settings
         lift=settings.lift,
         raise_terrain=settings.raise_terrain,
         clearance=settings.clearance,
+        conservative=settings.conservative,
+        least_margin=settings.stable_margin,
         friction=settings.balance.friction,
     )
     found = lift_off(LegStance(robot, dem, state_inside(robot, state), leg), asked, Watch(), to_plan=False)
