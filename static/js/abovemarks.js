@@ -3,11 +3,10 @@
 import { barOf } from "./above.js";
 import { outOfDate, walkOutOfDate } from "./fits.js";
 import { keptOff } from "./footfallmoves.js";
-import { telemetryAge } from "./store.js";
+import { STALE_AFTER, telemetryAge } from "./store.js";
 import * as texts from "./texts/ground.js";
 import { leg as legTold } from "./texts/shared.js";
 
-const STALE_AFTER = 2; // s
 const BAR = 120; // px at most
 const NUMBERED = 25; // pixels a metre, from which footfalls have the numbers of their legs
 const FACING = 24; // px of that line where nobody says where the legs begin

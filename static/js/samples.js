@@ -1,13 +1,12 @@
 // What the rover said in the last ten minutes, number by number, in rings of fixed size.
 
-import { subscribe } from "./store.js";
+import { STALE_AFTER, subscribe } from "./store.js";
 import * as shared from "./texts/shared.js";
 import * as texts from "./texts/telemetry.js";
 
 export const KEPT = 600; // s
 const CAPACITY = 6200; // ten a second
 const DEGREES = 180 / Math.PI;
-const STALE_AFTER = 2; // s; the command gate refuses beyond this
 
 // By which a number of the server's, in SI units, is multiplied to be in a unit.
 export const scaleOf = (unit) => texts.UNITS[unit].scale;

@@ -35,6 +35,8 @@ export function hearClock(date) {
 // The server's time [s since 1970]: what it says the time of is as old as by its clock, whatever this computer's is.
 export const now = () => Date.now() / 1000 + ahead;
 
+export const STALE_AFTER = 2; // s: telemetry that is older says nothing of now; the command gate refuses beyond this, too
+
 // How old a telemetry message is by now [s].
 export const telemetryAge = (frame) => frame.age_s + (performance.now() - frame.heardAt) / 1000;
 

@@ -3,10 +3,9 @@
 import { $ } from "../dom.js";
 import { isOfAnother, outOfDate, walkOutOfDate } from "../fits.js";
 import { notFor } from "../robot.js";
-import { known, now, telemetryAge } from "../store.js";
+import { STALE_AFTER, known, now, telemetryAge } from "../store.js";
 import * as texts from "../texts/layout.js";
 
-const STALE_AFTER = 2; // s; the command gate refuses beyond this
 
 // name → words; an area that is not here says nothing.
 const STATES = {

@@ -3,10 +3,9 @@
 import { get } from "../api.js";
 import { $, element, fixed } from "../dom.js";
 import { isAthletes } from "../robot.js";
-import { known, subscribe, telemetryAge } from "../store.js";
+import { STALE_AFTER, known, subscribe, telemetryAge } from "../store.js";
 import * as texts from "../texts/sag.js";
 
-const STALE_AFTER = 2; // s
 const PERIOD = 500; // ms between two questions
 const SHARE = 0.01; // of the weight: a wheel that bears less is in the air
 

@@ -7,14 +7,13 @@ import { $, attempt, element } from "../dom.js";
 import { footMoveTold } from "../footmoves.js";
 import { walkPlayed } from "../pace.js";
 import { isAthletes } from "../robot.js";
-import { known, subscribe, telemetryAge } from "../store.js";
+import { STALE_AFTER, known, subscribe, telemetryAge } from "../store.js";
 import * as texts from "../texts/ghost.js";
 import * as shared from "../texts/shared.js";
 
 const KEPT_AS = "footfall.outline";
 const { OUTLINES, ROWS } = texts;
 const [LOW, HIGH] = [-0.2, 1]; // m, ends of the gauge
-const STALE_AFTER = 2; // s
 const PERIOD = 1000; // ms between two questions about the standing rover
 const TURN = 0.002; // rad: less is no noise of a sensor
 const SIGNS = { good: "●", warn: "▲", bad: "✕", none: "?" };

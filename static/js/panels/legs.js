@@ -4,13 +4,12 @@ import { element, fixed, $ } from "../dom.js";
 import { percent } from "../figures.js";
 import { isShown } from "../layout.js";
 import { jointsOf, slides } from "../robot.js";
-import { known, subscribe, telemetryAge } from "../store.js";
+import { STALE_AFTER, known, subscribe, telemetryAge } from "../store.js";
 import * as shared from "../texts/shared.js";
 import * as texts from "../texts/telemetry.js";
 
 const MOVES = 0.002; // rad or m between two frames; more is no noise of a sensor
 const HIGH = 0.8; // share of a torque limit from which on it is marked
-const STALE_AFTER = 2; // s
 
 let before = null; // the frame before the shown one
 let shown = null;

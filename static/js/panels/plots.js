@@ -7,11 +7,10 @@ import { subscribeToEvents, when } from "../events.js";
 import { explainKey, heardFirst } from "../keys.js";
 import { isShown, reveal } from "../layout.js";
 import * as kept from "../plots/kept.js";
-import { STALE_AFTER } from "../plots/series.js";
 import { viewOf } from "../plots/view.js";
 import { partOf, recordedSpan } from "../recorded.js";
 import { heardAny, heardFrom } from "../samples.js";
-import { known, subscribe, telemetryAge } from "../store.js";
+import { STALE_AFTER, known, subscribe, telemetryAge } from "../store.js";
 import * as texts from "../texts/plots.js";
 import { WORN } from "../themes.js";
 

@@ -7,14 +7,13 @@ import { isAthletes, slides } from "../robot.js";
 import { steadyMode } from "../steadymode.js";
 import { askToStop, isNothingToStop, keepLineOpen } from "../stopline.js";
 import { stopIsConfirmed, stopIsUnconfirmed, stopIsWished } from "../stopwish.js";
-import { alive, known, silent, subscribe, telemetryAge } from "../store.js";
+import { STALE_AFTER, alive, known, silent, subscribe, telemetryAge } from "../store.js";
 import * as texts from "../texts/link.js";
 import * as shared from "../texts/shared.js";
 import { kept } from "./conn.js";
 import { verdictOf } from "./outcome.js";
 import { toldApart } from "./sessions.js";
 
-const STALE_AFTER = 2; // seconds; the command gate refuses beyond this too
 
 const STOP_PATIENCE = 3000; // ms
 const STOP_AGAIN = 500; // ms

@@ -11,14 +11,13 @@ import { isShown, reveal } from "../layout.js";
 import { inside, paintMoment, range } from "../plots/paint.js";
 import { nearest } from "../plots/series.js";
 import { channelsOf, heardFrom, since } from "../samples.js";
-import { known, subscribe } from "../store.js";
+import { STALE_AFTER, known, subscribe } from "../store.js";
 import * as shared from "../texts/shared.js";
 import * as texts from "../texts/telemetry.js";
 import { ink } from "../themes.js";
 import { shortName } from "./legs.js";
 
 const QUANTITIES = Object.fromEntries(Object.entries(texts.QUANTITIES).filter(([, { onlyRecorded }]) => !onlyRecorded));
-const STALE_AFTER = 2; // s
 const NEAR = 0.8; // share of a limit from which on a number is marked
 const HEIGHT = 130;
 const PERIOD = 190; // ms; faster than five times a second nobody reads

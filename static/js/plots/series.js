@@ -1,6 +1,6 @@
 // Numbers of a plot: what the recordings have, and behind it what this page heard itself. Pure.
 
-export const STALE_AFTER = 2; // s; a pause that is longer is a silence
+const SILENT_AFTER = 2; // s; a pause that is longer is a silence
 
 /**
  * Both as one, oldest first, with nothing (null) in each silence: no line leads over what was not heard.
@@ -17,7 +17,7 @@ export function joined(recorded, silences, own, begin, end) {
   const tail = from < 0 || until <= from ? own.map(() => []) : own.map((column) => column.slice(from, until));
   const data = recorded.map((column, j) => [...column, ...tail[j].map((one) => (Number.isNaN(one) ? null : one))]);
   const heard = [...(last > -Infinity ? [last] : []), ...tail[0]];
-  const pauses = [...silences, ...heard.slice(1).map((time, i) => [heard[i], time]).filter(([a, b]) => b - a > STALE_AFTER)];
+  const pauses = [...silences, ...heard.slice(1).map((time, i) => [heard[i], time]).filter(([a, b]) => b - a > SILENT_AFTER)];
   return { data: withGaps(data, pauses), pauses };
 }
 
