@@ -76,7 +76,7 @@ STRICT = [
 
 @pytest.mark.parametrize(("asked", "of_step"), STRICT, ids=["conservative", "margin"])
 def test_maps_ask_of_the_lift_what_they_ask_of_the_footfall(athlete, asked, of_step):
-    """In the middle of its feet the rover can't lift a leg so; with the chassis away from the leg, and lower, it can."""
+    """In the middle of its feet the rover lifts no leg so; with the chassis lower, and away from the leg, it does."""
     flat = from_heights(np.zeros((len(X), len(X)), np.float32), 0.1, -4, -4, "flat")
     middle = footfall.stand(athlete, flat)
     hip = athlete.description.legs[LEG].T_base_hip[:2, 3]

@@ -372,6 +372,23 @@ def test_what_failed_most_is_counted_wherever_it_was(athlete, ground, start):
     assert sum(one.count for one in result.blocked) < tried
 
 
+def test_a_refusal_names_what_is_nearer_at_the_start_than_is_asked_for(athlete, ground, start):
+    """With as much clearance as it says to ask for at most nothing is nearer, with 2 mm more something is."""
+
+    def refused(clearance):
+        asked = replace(SETTINGS, clearance=clearance, least_margin=9.0, attempts=1)
+        result = plan_walk(athlete, ground, start, GOAL, settings=asked)
+        assert result.status is not Status.FOUND
+        return re.search(r"; where it begins, .* and .* lack (\S+) m of .*: ask for (\S+) m", result.reason)
+
+    said = refused(0.3)
+    assert said
+    lacks, most = float(said[1]), float(said[2])
+    assert lacks + most == pytest.approx(0.3, abs=0.002)
+    assert refused(most) is None
+    assert refused(most + 0.002)
+
+
 @pytest.mark.parametrize("height", [0.0, -1.0, np.nan, np.inf])
 def test_a_height_that_no_chassis_has_over_its_feet_is_misuse(height):
     with pytest.raises(InvalidInput, match="height must be above zero"):

@@ -18,6 +18,7 @@ from footfall.planning.answers import Check, No, Status
 from footfall.planning.scene.ground import Nearby
 from footfall.planning.walk.around import NoWay, cost_grid, is_easy, way_around
 from footfall.planning.walk.assemble import checks_of, walk_of
+from footfall.planning.walk.begins_near import begins_near
 from footfall.planning.walk.foot_move import At
 from footfall.planning.walk.footfalls import Footfalls, footfalls
 from footfall.planning.walk.footprint import Footprint, footprint
@@ -202,7 +203,7 @@ class _Attempt:
             search = Search(world, places, way, self.goal, start, self.watch, attempt)
             searches.append(search)
             if (short := search.out_of_reach()) is not None:
-                return self._no(Status.GOAL_INVALID, out_of_reach_in_words(*short))
+                return self._no(Status.GOAL_INVALID, out_of_reach_in_words(*short) + self._near(world, start))
             if (missed := search.unreached_pin()) is not None:
                 return self._no(Status.GOAL_INVALID, unreached_in_words(self._pin(missed[0]), missed[1]))
             try:
@@ -247,6 +248,10 @@ class _Attempt:
         ease, turns = straight.footprint, (straight.begin, straight.end)
         cost = travel_cost(self.robot, self.dem, places, spacing, standing, ease, *turns)
         return way_around(cost_grid(cost, low, high), begin, end, self.goal.within)
+
+    def _near(self, world: World, start: At) -> str:
+        """Which bodies are nearer at the start than is asked for, to be put behind a refusal."""
+        return begins_near(self.robot, world.ground, start, self.settings.clearance)
 
     def _in_site(self, x: float, y: float) -> tuple[float, float]:
         """A place on the ground that is planned on, in site [m]."""
@@ -314,6 +319,7 @@ class _Attempt:
             f"no walk to the goal was found after {tried} foot moves were tried: {why}; the nearest comes within "
             f"{short:z.2f} m with {made}; what failed most: {stopped or 'nothing'}; {TRY}"
             f"{'' if self.settings.payload_mass is None else ', or take off payload'}"
+            f"{self._near(best.world, best.start)}"
         )
         blocked = tuple(Blocked(check, leg if leg >= 0 else None, x, y, count) for (check, leg, x, y), count in failed)
         return self._no(status, reason, partial, blocked)
