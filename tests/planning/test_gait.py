@@ -21,7 +21,7 @@ from footfall.planning.gait.step import leg_lacks
 from footfall.planning.gait.way import way_to
 from footfall.planning.motion import BODY
 from footfall.planning.scene.ground import Nearby
-from footfall.planning.walk.foot_move import At
+from footfall.planning.walk.body_way import At
 from footfall.planning.walk.footprint import footprint
 from footfall.planning.walk.parts import parts_of
 from footfall.planning.walk.plan import BESIDE

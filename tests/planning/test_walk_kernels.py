@@ -17,7 +17,7 @@ from footfall.planning.scene.ground import Nearby
 from footfall.planning.scene.lift import branch_of
 from footfall.planning.scene.rover_kernel import leg_too_near_itself
 from footfall.planning.walk.body_kernel import waypoints_of
-from footfall.planning.walk.foot_move import BODY_STEP, FARTHEST, At, BodyWay, Fails, body_way, feet_of
+from footfall.planning.walk.body_way import BODY_STEP, FARTHEST, At, BodyWay, Fails, body_way, feet_of
 from footfall.planning.walk.footfalls import footfalls
 from footfall.planning.walk.footprint import footprint
 from footfall.planning.walk.guide import guide

@@ -29,7 +29,7 @@ from footfall.planning.scene.ground import Nearby
 from footfall.planning.scene.rover_kernel import center_of_mass, place_rover
 from footfall.planning.scene.rover_tables import rover_tables
 from footfall.planning.walk.body_kernel import torque_of
-from footfall.planning.walk.foot_move import At
+from footfall.planning.walk.body_way import At
 from footfall.planning.walk.plan import plan_walk
 from footfall.planning.walk.problem import WalkGoal, WalkSettings
 from footfall.planning.walk.recheck.recheck_settings import RecheckSettings

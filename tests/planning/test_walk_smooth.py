@@ -17,7 +17,8 @@ from footfall.planning.motion import BODY
 from footfall.planning.walk import plan as planning
 from footfall.planning.walk import smooth
 from footfall.planning.walk.assemble import walk_of
-from footfall.planning.walk.foot_move import At, BodyWay, Fails, Moved, body_way, foot_move
+from footfall.planning.walk.body_way import At, BodyWay, Fails, body_way
+from footfall.planning.walk.foot_move import Moved, foot_move
 from footfall.planning.walk.footprint import footprint, height_above_feet
 from footfall.planning.walk.problem import Stance, WalkGoal, WalkResult, WalkSettings
 from footfall.planning.walk.recheck.recheck_settings import RecheckSettings

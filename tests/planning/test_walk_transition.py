@@ -9,7 +9,7 @@ from hypothesis import strategies as st
 
 import footfall
 from footfall.planning.scene.ground import Nearby
-from footfall.planning.walk.foot_move import At, feet_of
+from footfall.planning.walk.body_way import At, feet_of
 from footfall.planning.walk.problem import WalkSettings
 from footfall.planning.walk.start import start_of
 from footfall.planning.walk.transition_kernel import (

@@ -19,7 +19,8 @@ from footfall.core.value import Provenance
 from footfall.planning.scene.ground import Nearby
 from footfall.planning.walk.assemble import walk_of
 from footfall.planning.walk.body_kernel import HOLDS, configuration_fails
-from footfall.planning.walk.foot_move import At, BodyWay, Fails, Moved, body_way, feet_of, foot_move_at
+from footfall.planning.walk.body_way import At, BodyWay, Fails, body_way, feet_of
+from footfall.planning.walk.foot_move import Moved, foot_move_at
 from footfall.planning.walk.footfalls import footfalls
 from footfall.planning.walk.footprint import footprint
 from footfall.planning.walk.legs_kernel import leg_at, legs_at, pose_of

@@ -18,7 +18,7 @@ from footfall.planning.choice.seconds import seconds_of
 from footfall.planning.gait.plan import plan_gait
 from footfall.planning.gait.problem import GaitPlan
 from footfall.planning.walk.body_kernel import MARGIN, NEAR, TORQUE
-from footfall.planning.walk.foot_move import NAMES
+from footfall.planning.walk.body_way import NAMES
 from footfall.planning.walk.plan import plan_walk
 from footfall.planning.walk.problem import WalkGoal, WalkPlan
 from footfall.robot.model import Robot

@@ -3,7 +3,7 @@
 import numpy as np
 
 from footfall.core.arrays import Array
-from footfall.planning.walk.foot_move import At
+from footfall.planning.walk.body_way import At
 from footfall.planning.walk.legs_kernel import leg_at
 from footfall.planning.walk.problem import Stance
 from footfall.planning.walk.world import World

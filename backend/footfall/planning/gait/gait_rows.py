@@ -4,7 +4,8 @@ from dataclasses import dataclass, field
 
 from footfall.planning.gait.step import Stepped, Swung
 from footfall.planning.motion import BODY
-from footfall.planning.walk.foot_move import At, BodyWay, Moved
+from footfall.planning.walk.body_way import At, BodyWay
+from footfall.planning.walk.foot_move import Moved
 from footfall.planning.walk.joined_rows import JoinedRows, swung
 from footfall.planning.walk.problem import Stance
 

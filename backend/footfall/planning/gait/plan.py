@@ -20,7 +20,7 @@ from footfall.planning.gait.step import Lack, gone_to, stepped
 from footfall.planning.gait.way import corners_of, way_to
 from footfall.planning.scene.ground import Nearby
 from footfall.planning.walk.assemble import checks_of
-from footfall.planning.walk.foot_move import At
+from footfall.planning.walk.body_way import At
 from footfall.planning.walk.footprint import Footprint, footprint
 from footfall.planning.walk.goal_ground import goal_ground_refused
 from footfall.planning.walk.guide import Guide

@@ -8,7 +8,8 @@ from footfall.planning.gait.layout import ENOUGH, Layout, placed
 from footfall.planning.gait.rhythm import Rhythm
 from footfall.planning.gait.step import Lack
 from footfall.planning.gait.stride_kernel import spares_of
-from footfall.planning.walk.foot_move import At, Moved, foot_move
+from footfall.planning.walk.body_way import At
+from footfall.planning.walk.foot_move import Moved, foot_move
 from footfall.planning.walk.transition_kernel import vector_of
 from footfall.planning.walk.world import World
 

@@ -9,7 +9,7 @@ from footfall.core.arrays import Array
 from footfall.planning.gait.stride_kernel import group_swings
 from footfall.planning.scene.rover_kernel import LIFTED, STANDING, TOUCHING
 from footfall.planning.walk.body_kernel import HOLDS, LEG, MARGIN, NEAR, TORQUE
-from footfall.planning.walk.foot_move import NAMES, At, BodyWay, Fails, body_way, failure_in_words
+from footfall.planning.walk.body_way import NAMES, At, BodyWay, Fails, body_way, failure_in_words
 from footfall.planning.walk.legs_kernel import UNREACHED, leg_at
 from footfall.planning.walk.problem import LIFT, LOWER, SWING, Stance
 from footfall.planning.walk.swing import HIGHER, RISES, risen

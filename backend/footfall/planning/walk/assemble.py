@@ -8,7 +8,8 @@ from numpy.typing import NDArray
 from footfall.core.arrays import Array
 from footfall.core.value import Provenance
 from footfall.planning.answers import Check
-from footfall.planning.walk.foot_move import At, BodyWay, Moved
+from footfall.planning.walk.body_way import At, BodyWay
+from footfall.planning.walk.foot_move import Moved
 from footfall.planning.walk.joined_rows import JoinedRows, swung
 from footfall.planning.walk.problem import WalkGoal, WalkPlan, WalkSettings, part_name
 

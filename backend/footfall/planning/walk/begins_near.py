@@ -4,7 +4,7 @@ import math
 
 from footfall.planning.scene.ground import Nearby
 from footfall.planning.scene.whole_body import WholeBody
-from footfall.planning.walk.foot_move import At
+from footfall.planning.walk.body_way import At
 from footfall.robot.description import link_name
 from footfall.robot.model import Robot
 

@@ -8,7 +8,8 @@ from numpy.typing import NDArray
 
 from footfall.core.arrays import Array
 from footfall.planning.motion import BODY
-from footfall.planning.walk.foot_move import BodyWay, Moved
+from footfall.planning.walk.body_way import BodyWay
+from footfall.planning.walk.foot_move import Moved
 from footfall.planning.walk.problem import LIFT, LOWER, SWING
 
 

@@ -19,7 +19,7 @@ from footfall.planning.scene.ground import Nearby
 from footfall.planning.walk.around import NoWay, cost_grid, is_easy, way_around
 from footfall.planning.walk.assemble import checks_of, walk_of
 from footfall.planning.walk.begins_near import begins_near
-from footfall.planning.walk.foot_move import At
+from footfall.planning.walk.body_way import At
 from footfall.planning.walk.footfalls import Footfalls, footfalls
 from footfall.planning.walk.footprint import Footprint, footprint
 from footfall.planning.walk.goal_ground import goal_ground_refused

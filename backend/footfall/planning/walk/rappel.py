@@ -14,7 +14,7 @@ from footfall.balance.torques import torque_check
 from footfall.core.value import Provenance
 from footfall.planning.answers import Check, No, Status
 from footfall.planning.motion import BODY
-from footfall.planning.walk.foot_move import At
+from footfall.planning.walk.body_way import At
 from footfall.planning.walk.footprint import footprint
 from footfall.planning.walk.hung import Hung
 from footfall.planning.walk.problem import Place, Tethered, WalkGoal, WalkPlan, WalkResult, WalkSettings

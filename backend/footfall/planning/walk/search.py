@@ -17,8 +17,9 @@ from numpy.typing import NDArray
 
 from footfall.core.arrays import Array
 from footfall.planning.scene.rover_kernel import wheel_cuts
+from footfall.planning.walk.body_way import At, BodyWay, Fails, body_way, feet_of
 from footfall.planning.walk.chains import moves_left
-from footfall.planning.walk.foot_move import At, BodyWay, Fails, Moved, body_way, feet_of, foot_move, nobody
+from footfall.planning.walk.foot_move import Moved, foot_move, nobody
 from footfall.planning.walk.footfalls import Footfalls, barred_to
 from footfall.planning.walk.guide import Guide
 from footfall.planning.walk.legs_kernel import pose_of

@@ -9,18 +9,8 @@ from dataclasses import replace
 import numpy as np
 
 from footfall.core.arrays import Array
-from footfall.planning.walk.foot_move import (
-    At,
-    BodyWay,
-    Fails,
-    Moved,
-    body_way,
-    feet_of,
-    foot_move,
-    foot_move_at,
-    move_of,
-    nobody,
-)
+from footfall.planning.walk.body_way import At, BodyWay, Fails, body_way, feet_of
+from footfall.planning.walk.foot_move import Moved, foot_move, foot_move_at, move_of, nobody
 from footfall.planning.walk.legs_kernel import leg_at, pose_of
 from footfall.planning.walk.problem import Stance
 from footfall.planning.walk.search import FEET_APART

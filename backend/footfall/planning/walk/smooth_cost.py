@@ -7,7 +7,8 @@ import numpy as np
 from footfall.core.arrays import Array
 from footfall.planning.scene.rover_tables import RoverTables
 from footfall.planning.walk.body_kernel import Checks
-from footfall.planning.walk.foot_move import At, BodyWay, Moved, feet_of, move_of, nobody
+from footfall.planning.walk.body_way import At, BodyWay, feet_of
+from footfall.planning.walk.foot_move import Moved, move_of, nobody
 from footfall.planning.walk.footprint import height_above_feet
 from footfall.planning.walk.problem import Stance
 from footfall.planning.walk.smooth_kernel import (

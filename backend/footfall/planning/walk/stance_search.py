@@ -13,7 +13,7 @@ from footfall.core.arrays import Array
 from footfall.planning.scene.ground import Nearby
 from footfall.planning.scene.rover_kernel import wheel_cuts
 from footfall.planning.walk.body_kernel import HOLDS, configuration_fails
-from footfall.planning.walk.foot_move import feet_of
+from footfall.planning.walk.body_way import feet_of
 from footfall.planning.walk.footfalls import Footfalls, footfalls
 from footfall.planning.walk.footprint import footprint
 from footfall.planning.walk.guide import guide

@@ -9,7 +9,7 @@ from footfall.core.beside import beside
 from footfall.maps.standing import contacts, standing
 from footfall.planning.scene.lift import branch_of
 from footfall.planning.step.held import NOTHING_HOLDS
-from footfall.planning.walk.foot_move import At
+from footfall.planning.walk.body_way import At
 from footfall.planning.walk.problem import Stance, WalkSettings
 from footfall.robot.kinematics import wheel_pose
 from footfall.robot.model import Robot

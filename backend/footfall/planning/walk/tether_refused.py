@@ -13,7 +13,7 @@ from footfall.core.frames import apply
 from footfall.planning.answers import No, Status
 from footfall.planning.scene.rover_kernel import place_rover
 from footfall.planning.scene.tether_kernel import DECK, tether_spare
-from footfall.planning.walk.foot_move import At
+from footfall.planning.walk.body_way import At
 from footfall.planning.walk.problem import WalkGoal
 from footfall.planning.walk.world import World
 from footfall.robot.model import Robot
