@@ -85,28 +85,40 @@ def body_way(checks: Checks, at: At, T_site_base: Array) -> BodyWay | Fails:
     Returns:
         The way, or what fails.
     """
-    straight = _straight(checks, at, T_site_base)
+    straight = straight_way(checks, at, T_site_base)
     if not isinstance(straight, Fails):
         return straight
     vector, goal = (vector_of(np.ascontiguousarray(T[:3])) for T in (at.T_site_base, T_site_base))
     vector[2:5] = goal[2:5]
     T_via = np.eye(4)
     pose_of(vector, T_via[:3])
-    first = _straight(checks, at, T_via)
+    first = straight_way(checks, at, T_via)
     if isinstance(first, Fails):
         return straight
-    then = _straight(checks, At(at.stance, T_via, first.postures[-1]), T_site_base)
+    then = straight_way(checks, At(at.stance, T_via, first.postures[-1]), T_site_base)
     if isinstance(then, Fails):
         return straight
-    return BodyWay(
-        *(
-            np.concatenate([getattr(first, name), getattr(then, name)[1:]])
-            for name in ("postures", "Ts_site_base", "margins", "torques")
-        )
-    )
+    return joined([first, then])
 
 
-def _straight(checks: Checks, at: At, T_site_base: Array) -> BodyWay | Fails:
+def joined(ways: list[BodyWay]) -> BodyWay:
+    """Ways one after the other, each of which begins where the one before it ends."""
+    names = ("postures", "Ts_site_base", "margins", "torques")
+    first, *others = ways
+    return BodyWay(*(np.concatenate([getattr(first, n), *(getattr(one, n)[1:] for one in others)]) for n in names))
+
+
+def straight_way(checks: Checks, at: At, T_site_base: Array) -> BodyWay | Fails:
+    """The chassis' straight way over all its feet to a pose, every check of it holding.
+
+    Args:
+        checks: of the chassis here.
+        at: where the rover is.
+        T_site_base: where the way ends, (4, 4).
+
+    Returns:
+        The way, or what fails.
+    """
     feet, legs = feet_of(at.stance), len(at.stance.branches)
     spares, q = np.empty(legs), np.empty(6 * legs)
     T_from, T_to = np.ascontiguousarray(at.T_site_base[:3]), np.ascontiguousarray(T_site_base[:3])

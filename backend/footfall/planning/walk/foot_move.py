@@ -1,5 +1,6 @@
 """One foot move, whole: a chassis pose for it, the chassis' way there, and the swing. Everything is checked."""
 
+from collections.abc import Callable
 from dataclasses import dataclass
 
 import numpy as np
@@ -37,6 +38,10 @@ SWING_TURN = 0.1
 """Of a joint between two looks at forces and torques on a swing [rad]."""
 
 
+WayOf = Callable[[Checks, At, Array], BodyWay | Fails]
+"""Finds the chassis' way from where the rover is to a pose (4, 4), or says what fails."""
+
+
 @dataclass(frozen=True, eq=False)
 class Moved:
     """A foot move: where it ends, the chassis' way before it, the swing with margins and torques at its waypoints."""
@@ -49,7 +54,15 @@ class Moved:
     torques: Array
 
 
-def foot_move(world: World, at: At, leg: int, to: Stance, aim: Array, rng: np.random.Generator) -> Moved | Fails:
+def foot_move(
+    world: World,
+    at: At,
+    leg: int,
+    to: Stance,
+    aim: Array,
+    rng: np.random.Generator,
+    way_of: WayOf = body_way,
+) -> Moved | Fails:
     """Move the foot of a leg, the chassis going first where all feet but that one hold it before and after.
 
     The chassis stays while the leg swings.
@@ -61,6 +74,7 @@ def foot_move(world: World, at: At, leg: int, to: Stance, aim: Array, rng: np.ra
         to: how the feet are to stand then.
         aim: chassis pose to be near, x, y, z [m], roll, pitch, yaw [rad], (6,).
         rng: what draws.
+        way_of: finds the chassis' way.
 
     Returns:
         The foot move, or what fails.
@@ -71,16 +85,16 @@ def foot_move(world: World, at: At, leg: int, to: Stance, aim: Array, rng: np.ra
         # where legs are nearly straight, wrists would pass straight on the way down or up: so nearer to its own height
         as_high = np.concatenate([aim[:2], now[2:5], aim[5:]])
         aims = [as_high, 0.5 * (aim + as_high)]
-    found = _foot_move_near(world, at, leg, to, now, aim, rng)
+    found = _foot_move_near(world, at, leg, to, now, aim, rng, way_of)
     for near in aims:
         if isinstance(found, Moved):
             break
-        found = _foot_move_near(world, at, leg, to, now, near, rng)
+        found = _foot_move_near(world, at, leg, to, now, near, rng, way_of)
     return found
 
 
 def _foot_move_near(
-    world: World, at: At, leg: int, to: Stance, now: Array, aim: Array, rng: np.random.Generator
+    world: World, at: At, leg: int, to: Stance, now: Array, aim: Array, rng: np.random.Generator, way_of: WayOf
 ) -> Moved | Fails:
     checks = world.around(at.T_site_base).checks
     guesses, best = np.array([aim, now, 0.5 * (aim + now)]), np.empty(6)
@@ -88,7 +102,7 @@ def _foot_move_near(
     lacks = find_pose(guesses, aim, feet, move, world.legs, checks.rover, checks.balance, rng, LOOKS, best)
     if lacks > 0.0:
         return Fails("transition", leg, lacks)
-    return foot_move_at(world, at, leg, to, best, rng)
+    return foot_move_at(world, at, leg, to, best, rng, way_of)
 
 
 def move_of(world: World, stance: Stance, leg: int, to: Stance) -> Move:
@@ -102,7 +116,15 @@ def nobody(stance: Stance) -> Move:
     return Move(-1, _NOWHERE, 0, 0.0, stance.contacts)
 
 
-def foot_move_at(world: World, at: At, leg: int, to: Stance, vector: Array, rng: np.random.Generator) -> Moved | Fails:
+def foot_move_at(
+    world: World,
+    at: At,
+    leg: int,
+    to: Stance,
+    vector: Array,
+    rng: np.random.Generator,
+    way_of: WayOf = body_way,
+) -> Moved | Fails:
     """Move the foot of a leg with the chassis at a pose meanwhile.
 
     Args:
@@ -112,6 +134,7 @@ def foot_move_at(world: World, at: At, leg: int, to: Stance, vector: Array, rng:
         to: how the feet are to stand then.
         vector: chassis pose, x, y, z [m], roll, pitch, yaw [rad], (6,).
         rng: what draws.
+        way_of: finds the chassis' way.
 
     Returns:
         The foot move, or what fails.
@@ -132,7 +155,7 @@ def foot_move_at(world: World, at: At, leg: int, to: Stance, vector: Array, rng:
         if failed != HOLDS:
             return Fails(failure_in_words(failed, code), leg)
     T_site_base = np.vstack([T, (0.0, 0.0, 0.0, 1.0)])
-    body = body_way(checks, at, T_site_base)
+    body = way_of(checks, at, T_site_base)
     if isinstance(body, Fails):
         return body
     over = _swing(world, piece.ground, at.stance, to, T_site_base, q, q_leg, leg, rng)

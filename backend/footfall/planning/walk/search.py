@@ -17,6 +17,8 @@ from numpy.typing import NDArray
 
 from footfall.core.arrays import Array
 from footfall.planning.scene.rover_kernel import wheel_cuts
+from footfall.planning.walk.body_kernel import Checks
+from footfall.planning.walk.body_search import searched_way
 from footfall.planning.walk.body_way import At, BodyWay, Fails, body_way, feet_of
 from footfall.planning.walk.chains import moves_left
 from footfall.planning.walk.foot_move import Moved, foot_move, nobody
@@ -141,6 +143,12 @@ class Search:
         left = self._left_of(low, high, unheld, frozenset())
         self.nearest = Reached(self.start, 0.0, unheld, low, high, left)
 
+    def way_of(self, checks: Checks, at: At, T_site_base: Array) -> BodyWay | Fails:
+        """The chassis' way; the first attempt, which mostly is enough, does not search for one."""
+        if not self.attempt:
+            return body_way(checks, at, T_site_base)
+        return searched_way(checks, at, T_site_base, self.world.settings.seed)
+
     def run(self) -> tuple[Reached, BodyWay] | None:
         """Search until the chassis is at the goal; None where there is nothing more to try in this attempt."""
         first = self.nearest
@@ -212,7 +220,7 @@ class Search:
             return None
         share = FORWARD if chosen.tries == 0 else float(self._rng.uniform())
         aim = self.guide.at(chosen.begin + share * (chosen.end - chosen.begin))
-        moved = foot_move(self.world, before.at, leg, to, aim, self._rng)
+        moved = foot_move(self.world, before.at, leg, to, aim, self._rng, self.way_of)
         if isinstance(moved, Fails):
             x, y = np.round(to.contacts[leg, :2], 1)
             self.failures[moved.check, moved.leg, float(x), float(y)] += 1
@@ -346,7 +354,7 @@ class Search:
             return None
         T = np.eye(4)
         pose_of(best, T[:3])
-        found = body_way(checks, reached.at, T)
+        found = self.way_of(checks, reached.at, T)
         if isinstance(found, Fails):
             self.failures[found.check, found.leg, round(self.goal.x, 1), round(self.goal.y, 1)] += 1
             return None
