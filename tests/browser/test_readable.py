@@ -121,3 +121,38 @@ def test_the_longest_command_is_not_one_word_with_its_leg(console: Page) -> None
     console.locator(row.format(3)).evaluate("one => { one.textContent = 'all'; }")
     assert console.evaluate(APART, [row.format(2), row.format(3)]) >= 8
     assert console.locator("#panel-commands").evaluate("one => one.scrollWidth <= one.clientWidth")
+
+
+MIDDLES = """() => [...document.querySelectorAll("#commands tbody input")].map(field => {
+  const text = document.createRange();
+  text.selectNodeContents(field.closest("tr").cells[1]);
+  const [word, box] = [text, field].map(one => one.getBoundingClientRect());
+  return (word.top + word.bottom) / 2 - (box.top + box.bottom) / 2;
+})"""
+"""By how much each command's name is lower than its field [px]."""
+
+
+def test_a_command_s_words_are_in_line_with_its_field(console: Page) -> None:
+    expect(console.locator("#commands input").first).to_be_visible()
+    middles = console.evaluate(MIDDLES)
+    assert len(middles) > 10
+    assert max(abs(one) for one in middles) < 2, middles
+
+
+LONGEST = """text => {
+  const read = document.getElementById("scrub-read");
+  const before = document.getElementById("ghost").offsetHeight;
+  read.textContent = text;
+  return {
+    cut: [read.scrollWidth - read.clientWidth, read.scrollHeight - read.clientHeight],
+    grown: document.getElementById("ghost").offsetHeight - before,
+  };
+}"""
+
+
+@pytest.mark.parametrize(("width", "height"), [(1280, 720), (1920, 1080)])
+def test_where_the_ghost_is_in_the_commands_is_read_in_full(console: Page, width: int, height: int) -> None:
+    console.set_viewport_size({"width": width, "height": height})
+    expect(console.locator("#scrub-read")).to_contain_text("of the")
+    seen = console.evaluate(LONGEST, "100 % of the commands, POSTURE_MOVE, row 1376 of 1376")
+    assert seen == {"cut": [0, 0], "grown": 0}
