@@ -110,7 +110,7 @@ def efforts_under(
 
 
 def moves_at(robot: LeggedRobot, leg: int, point: Array, axes: Array, origins: Array) -> Array:
-    """How a point of a leg's last body moves with the leg's joints.
+    """How a point of a leg's last body moves with the leg's joints, each together with those that follow it.
 
     Args:
         robot: the robot.
@@ -123,7 +123,8 @@ def moves_at(robot: LeggedRobot, leg: int, point: Array, axes: Array, origins: A
         (own joints, 3) in base, [m/rad] or without unit.
     """
     part = robot.slices[leg]
-    return moves_of(point, axes[part], origins[part], robot.limbs[leg].limb.slides)
+    solver = robot.limbs[leg]
+    return solver.coupling.folded(moves_of(point, axes[part], origins[part], solver.limb.slides))
 
 
 def _least(arms: Array, faces: Array, effect: Array, constant: Array) -> tuple[int, float]:
@@ -151,7 +152,8 @@ def statics_of(robot: LeggedRobot, q: Array, R_site_base: Array) -> tuple[Array,
         R_site_base: how the chassis is turned, (3, 3).
 
     Returns:
-        Efforts (joints,) that hold the legs' own weight in the air [N·m or N]; axes and origins of the joints,
+        Efforts (joints,) that hold the legs' own weight in the air [N·m or N], of a joint also what followers of it
+        bear; axes and origins of the joints,
         (joints, 3), and the centre of mass, (3,), in base [m].
     """
     down = -GRAVITY * R_site_base[2]
@@ -163,4 +165,4 @@ def statics_of(robot: LeggedRobot, q: Array, R_site_base: Array) -> tuple[Array,
         joints = list(data.oMi)[1:]
         axes = np.array([T.rotation @ axis for T, axis in zip(joints, own_axes, strict=True)])
         origins = np.array([T.translation for T in joints])
-    return np.stack(each, axis=1) @ down, axes, origins, center_of_mass(robot, q)
+    return robot.coupling.folded(np.stack(each, axis=1) @ down), axes, origins, center_of_mass(robot, q)

@@ -159,6 +159,7 @@ HOMES: dict[str, tuple[str, ...]] = {
         "TreeLink",
         "TreeShape",
     ),
+    "footfall.robot.limb.coupling": ("Coupling",),
     "footfall.robot.limb.limb": ("Limb",),
     "footfall.sequence.commands": (
         "AtRest",

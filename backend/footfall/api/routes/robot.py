@@ -114,7 +114,7 @@ def _athletes(model: "Robot") -> RobotAnswer:
 def _described(model: "LeggedRobot") -> RobotAnswer:
     """Of a robot that others described."""
     kinds = [model.model.tree.joint(name).kind for name in model.joint_names]
-    endless = np.array([kind == "continuous" for kind in kinds])
+    endless = np.array([kind == "continuous" for kind in kinds]) & model.coupling.alone
     return {
         "name": model.name,
         "digest": model.digest,

@@ -4,6 +4,7 @@ from dataclasses import replace
 
 import numpy as np
 
+from footfall.core.arrays import Array
 from footfall.core.beside import roughly
 from footfall.core.errors import InvalidInput
 from footfall.core.frames import apply, heading
@@ -23,6 +24,9 @@ from footfall.terrain.extent import outside, spans
 
 LED_BACK = LIMIT_RESERVE + 1e-9
 """So far inside its limit a plan starts a joint: rounding must not put it back into the reserve [rad or m]."""
+
+FOLLOWERS_OFF = 0.01
+"""A joint that follows another is measured farther from where that one has it only where a rod is broken [rad or m]."""
 
 
 def plan_step(
@@ -101,8 +105,17 @@ def begun(ground: Ground, measured: LeggedState) -> LeggedState:
     """
     if measured.robot != ground.robot.name or len(measured.soles) != len(ground.robot.legs):
         raise InvalidInput(f"the state is one of {measured.robot}, not of {ground.robot.name}")
-    q = inside(ground.robot, measured.q, LED_BACK)
+    q = _led_back(ground.robot, measured.q)
     return measured if np.array_equal(q, measured.q) else replace(measured, q=q)
+
+
+def _led_back(robot: LeggedRobot, measured: Array) -> Array:
+    """The posture (joints,) inside limits, and followers where their leaders have them, but for those farther off."""
+    q = inside(robot, measured, LED_BACK)
+    if not robot.coupling.couples:
+        return q
+    right = robot.coupling.followed(q)
+    return np.where(np.abs(right - q) <= FOLLOWERS_OFF, right, q)
 
 
 def of_measured(result: LeggedResult, measured: LeggedState) -> LeggedResult:
@@ -179,8 +192,8 @@ def tally_in_words(tally: Tally) -> str:
 
 def unchecked(robot: LeggedRobot) -> tuple[str, ...]:
     """What the description leaves nobody to judge."""
-    limits = zip(robot.joint_names, robot.efforts, strict=True)
-    found = [f"effort of {name}: no limit is said" for name, most in limits if np.isinf(most)]
+    limits = zip(robot.joint_names, robot.efforts, robot.coupling.free, strict=True)
+    found = [f"effort of {name}: no limit is said" for name, most, free in limits if free and np.isinf(most)]
     bodies = robot.body_names
     found += [f"{name}: no collision shape" for name, shapes in zip(bodies, robot.shapes, strict=True) if not shapes]
     found += [f"{bodies[a]} and {bodies[b]} touch as they are built" for a, b in sorted(robot.touching)]

@@ -20,6 +20,8 @@ from footfall.terrain.dem import Dem
 
 UNITS = {"limits": "rad", "disc": "m", "support": "m", "ground": "m", "foot": "m", "self": "m", "effort": ""}
 """What is checked, in this order, and its unit; limits of a joint that slides are in metres."""
+FOLLOWS = 1e-5
+"""A joint that follows another is where that one has it but for so much [rad or m]."""
 LIMIT_RESERVE = 1e-3
 """Joints stay so far inside their limits [rad or m]."""
 DISC_OFF = 0.1
@@ -62,6 +64,10 @@ class WholeCheck:
         self.robot, self.dem, self.settings, self.apart = robot, dem, settings, apart
         self.surfaces = Surfaces(robot)
         self._sliding = frozenset(robot.layout.sliding)
+        self._leaders = {
+            f"{robot.joint_names[at]} away from where {robot.joint_names[robot.coupling.leads[at]]} has it": at
+            for at in np.flatnonzero(~robot.coupling.free).tolist()
+        }
 
     def margins(self, q: Array, T_site_base: Array, feet: Feet) -> dict[str, Margin] | Refusal:
         """The least margin of each check, or the first refusal."""
@@ -85,10 +91,15 @@ class WholeCheck:
 
     def unit(self, name: str, where: str) -> str:
         """Of a check's margin; ``where`` of limits is a joint."""
-        return "m" if name == "limits" and where in self._sliding else UNITS[name]
+        joint = self.robot.joint_names[self._leaders[where]] if where in self._leaders else where
+        return "m" if name == "limits" and joint in self._sliding else UNITS[name]
 
     def _limits(self, q: Array, T_site_base: Array, feet: Feet, where: Placed) -> tuple[float, str]:
         spare = np.minimum(q - self.robot.lower, self.robot.upper - q) - LIMIT_RESERVE
+        for away, joint in self._leaders.items():
+            off = abs(float(q[joint] - self.robot.coupling.followed(q)[joint]))
+            if off > FOLLOWS:
+                return FOLLOWS - off, away
         at = int(np.argmin(spare))
         return float(spare[at]), self.robot.joint_names[at]
 

@@ -1,5 +1,6 @@
 """Which legs FootFall can't walk with, and why."""
 
+from footfall.robot.legged.followers import followed_by
 from footfall.robot.legged.legged_model import LegChain
 from footfall.robot.legged.tree import RobotTree
 
@@ -17,11 +18,18 @@ def why_unable(tree: RobotTree, leg: LegChain) -> str:
     Returns:
         The first reason.
     """
-    mimics = next((name for name in leg.joints if tree.joint(name).mimic), None)
-    if mimics is not None:
-        return f"{mimics} follows another joint, and legs that walk need free ones"
-    if not FEWEST_JOINTS <= len(leg.joints) <= MOST_JOINTS:
-        return f"it has {len(leg.joints)} joints, and one that walks needs {FEWEST_JOINTS} to {MOST_JOINTS}"
+    joints = [tree.joint(name) for name in leg.joints]
+    for joint in joints:
+        leader, ratio, _ = followed_by(tree, joint)
+        if leader.name not in leg.joints:
+            return f"{joint.name} follows {leader.name}, which is no joint of it"
+        if ratio == 0:
+            return f"{joint.name} follows {leader.name} by a multiplier of 0: a fixed joint would be right"
+    free = sum(not joint.mimic for joint in joints)
+    if free < min(FEWEST_JOINTS, len(joints)):
+        return f"{free} of its {len(joints)} joints move by themselves, and one that walks needs {FEWEST_JOINTS}"
+    if not FEWEST_JOINTS <= len(joints) <= MOST_JOINTS:
+        return f"it has {len(joints)} joints, and one that walks needs {FEWEST_JOINTS} to {MOST_JOINTS}"
     if leg.sole.kind == "flat":
         return "it has a flat sole; robots that walk have balls, points or discs for feet"
     return ""

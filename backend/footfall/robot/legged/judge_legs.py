@@ -113,7 +113,8 @@ def _mimics(model: LeggedModel) -> Iterator[Finding]:
             if leader and leader not in leg.joints:
                 yield unusable("mimic", name, f"it follows {leader}, which is no joint of leg {leg.name}")
             elif leader:
-                yield doubtful("mimic", name, f"it follows {leader}, so leg {leg.name} has one free joint fewer")
+                text = f"it follows {leader}, so leg {leg.name} has one free joint fewer, and is taken as rigid"
+                yield doubtful("mimic", name, text)
 
 
 def _followers(model: LeggedModel) -> Iterator[Finding]:

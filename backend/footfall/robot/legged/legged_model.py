@@ -123,8 +123,12 @@ class DescribedRobot(Value):
 
     @property
     def sags(self) -> bool:
-        """Whether it is known how every joint of its legs gives way; else it is taken as rigid."""
-        return all(self.model.tree.joint(name).stiffness > 0 for leg in self.model.legs for name in leg.joints)
+        """Whether it is known how every joint of its legs gives way; else it is taken as rigid.
+
+        Of joints that follow others nobody computes it.
+        """
+        joints = [self.model.tree.joint(name) for leg in self.model.legs for name in leg.joints]
+        return all(joint.stiffness > 0 and not joint.mimic for joint in joints)
 
     @property
     def layout(self) -> JointLayout:

@@ -18,6 +18,7 @@ from footfall.core.frames import apply, inverse
 from footfall.core.mesh import Mesh
 from footfall.robot.description import CameraPairSpec
 from footfall.robot.legged.able_to_walk import why_unable
+from footfall.robot.legged.followers import coupling_of, limits_of
 from footfall.robot.legged.groups import longest_leg
 from footfall.robot.legged.legged_model import STAND, DescribedRobot, LegChain, LeggedModel, held_joints
 from footfall.robot.legged.tree import TreeJoint, TreeLink
@@ -32,11 +33,12 @@ CLEARANCES = ("other_leg", "own_leg", "base", "ground")
 class LeggedRobot:
     """Immutable after construction; pickles as what it was made of, which is ``description``.
 
-    layout: its legs and joints by name.
+    layout: its legs and joints by name. coupling: which joints follow others of their leg.
     joint_names: leg after leg, each from the base to the foot; postures are angles in that order, (joints,) [rad or m].
     slices: where each leg's joints are in a posture. limbs: what solves each leg. lower, upper: (joints,), of joints
     that turn further than once those of one turn, but where a closed form counts their turns (limb/by_structure.py).
-    efforts: (joints,) [N·m or N], stiffness: (joints,) [N·m/rad or N/m]; inf where the description does not say.
+    efforts: (joints,) [N·m or N], stiffness: (joints,) [N·m/rad or N/m]; inf where the description does not say, and
+    of followers, whose leaders' motors move them.
     parents: for each body the body that carries it, −1 for the base, which is body 0; body 1 + j is what joint j moves.
     members: for each body the links that are part of it, each with its T_body_link (4, 4).
     shapes: for each body its collision shapes in the frame of its joint; corners: (n, 3) of the hull of them.
@@ -63,9 +65,11 @@ class LeggedRobot:
         self.joint_names = tuple(joint.name for joint in joints)
         ends = np.cumsum([0] + [len(leg.joints) for leg in model.legs])
         self.slices = tuple(slice(int(a), int(b)) for a, b in pairwise(ends))
-        self.efforts = np.array([one.effort if one.effort > 0 else np.inf for one in joints])
+        self.coupling = coupling_of(tree, joints)
+        free = self.coupling.free
+        self.efforts = np.where(free, [one.effort if one.effort > 0 else np.inf for one in joints], np.inf)
         self.speeds = np.array([one.velocity if one.velocity > 0 else np.inf for one in joints])
-        self.stiffness = np.array([one.stiffness if one.stiffness > 0 else np.inf for one in joints])
+        self.stiffness = np.where(free, [one.stiffness if one.stiffness > 0 else np.inf for one in joints], np.inf)
         self.axes = np.array([joint.axis for joint in joints])
         self.radii = np.array([leg.sole.radius for leg in model.legs])
         self.length = longest_leg(model)
@@ -94,7 +98,8 @@ class LeggedRobot:
         self.foot_frames = tuple(self.pin_model.getFrameId(f"sole {leg.name}") for leg in model.legs)
         endless = [tree.joint(leg.joints[0]).kind == "continuous" for leg in model.legs]
         places = (limb_of(self.pin_model, f"sole {leg.name}", "point") for leg in model.legs)
-        self.limbs = tuple(map(solver_of, places, endless))
+        couplings = map(self.coupling.part, self.slices)
+        self.limbs = tuple(map(solver_of, places, endless, couplings))
         self.lower = np.concatenate([solver.limb.lower for solver in self.limbs])
         self.upper = np.concatenate([solver.limb.upper for solver in self.limbs])
 
@@ -154,7 +159,7 @@ class LeggedRobot:
         unknown = sorted(set(posture) - {joint.name for joint in self.model.tree.joints})
         if unknown:
             raise InvalidRobot(f"posture {name}: the URDF has no joint {unknown[0]!r}", joints=unknown)
-        return np.array([float(posture.get(name, 0.0)) for name in self.joint_names])
+        return self.coupling.followed(np.array([float(posture.get(name, 0.0)) for name in self.joint_names]))
 
     def _carriers(self, joints: list[TreeJoint]) -> tuple[dict[str, str], dict[str, Array]]:
         """Link → first link of the body that carries it; link → (4, 4) in the root with all legs at zero."""
@@ -181,13 +186,15 @@ class LeggedRobot:
     ) -> pin.Model:
         pinned, ids = pin.Model(), {self.model.base: 0}
         pinned.name = self.name
-        for joint in joints:
+        limits = limits_of(joints, self.coupling)
+        for number, joint in enumerate(joints):
             on = carrier[joint.parent]
             T_on_joint = inverse(Ts_root_link[on]) @ Ts_root_link[joint.child]
+            if self.coupling.offsets[number]:  # with its leader at zero it is not
+                T_on_joint = T_on_joint @ joint.motion(-self.coupling.offsets[number])
             slides = joint.kind == "prismatic"
             kind = pin.JointModelPrismaticUnaligned if slides else pin.JointModelRevoluteUnaligned
-            low, high = _limits(joint)
-            bounds = (np.array([one]) for one in (1e9, 1e9, low, high))
+            bounds = (np.array([one]) for one in (1e9, 1e9, *limits[number]))
             ids[joint.child] = pinned.addJoint(ids[on], kind(joint.axis), pin.SE3(T_on_joint), joint.name, *bounds)
         for number, members in enumerate(self.members):
             for T_body_link, link in members:
@@ -232,23 +239,6 @@ def _walking(model: LeggedModel, leg: LegChain) -> list[TreeJoint]:
     if reason:
         raise InvalidRobot(f"leg {leg.name} can't walk: {reason}")
     return [model.tree.joint(name) for name in leg.joints]
-
-
-def _limits(joint: TreeJoint) -> tuple[float, float]:
-    """Lower and upper limit, at most half a turn to each side of the middle posture.
-
-    Raises InvalidRobot where they are no interval.
-    """
-    if joint.kind == "continuous":
-        return -np.pi, np.pi
-    if not (np.isfinite([joint.lower, joint.upper]).all() and joint.lower < joint.upper):
-        raise InvalidRobot(
-            f"joint {joint.name} has no limits, lower below upper; walking needs them: "
-            f'say them in the robot.toml, under [joints."{joint.name}"]'
-        )
-    if joint.kind == "prismatic":
-        return joint.lower, joint.upper
-    return max(joint.lower, joint.neutral - np.pi), min(joint.upper, joint.neutral + np.pi)
 
 
 def _with_gravity(model: pin.Model, gravity: Array) -> pin.Model:

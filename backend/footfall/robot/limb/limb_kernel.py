@@ -28,7 +28,7 @@ class LimbChain(NamedTuple):
     """A limb's joints.
 
     placements: (joints + 1, 4, 4) from each to the next; axes: (joints, 3) unit; slides: which do; lower, upper: their
-    limits [rad or m].
+    limits [rad or m]; leads, ratios, offsets: which follow which, as ``coupling.Coupling`` has it.
     """
 
     placements: Array
@@ -36,6 +36,9 @@ class LimbChain(NamedTuple):
     slides: NDArray[np.bool_]
     lower: Array
     upper: Array
+    leads: NDArray[np.int64]
+    ratios: Array
+    offsets: Array
 
 
 class Nearness(NamedTuple):
@@ -170,7 +173,7 @@ def descend(chain: LimbChain, target: Array, near: Nearness, q: Array) -> float:
 
     Limits are not heeded here: a turn that ends past one may be the same posture a whole turn earlier.
     """
-    placements, axes, slides, joints = chain.placements, chain.axes, chain.slides, q.size
+    placements, axes, slides, leads, joints = chain.placements, chain.axes, chain.slides, chain.leads, q.size
     length, equations, tolerance = near.length, near.equations, near.tolerance
     T = np.empty((3, 4))
     points, turns = np.empty((joints, 3)), np.empty((joints, 3))
@@ -192,10 +195,18 @@ def descend(chain: LimbChain, target: Array, near: Nearness, q: Array) -> float:
             rx, ry, rz = T[0, 3] - points[joint, 0], T[1, 3] - points[joint, 1], T[2, 3] - points[joint, 2]
             J[0, joint], J[1, joint], J[2, joint] = ay * rz - az * ry, az * rx - ax * rz, ax * ry - ay * rx
             J[3, joint], J[4, joint], J[5, joint] = length * ax, length * ay, length * az
+        for joint in range(joints):
+            if leads[joint] != joint:
+                for row in range(6):
+                    J[row, leads[joint]] += chain.ratios[joint] * J[row, joint]
+                    J[row, joint] = 0.0
         if not _step(J, error, 0.5 * squared + DAMPING * length * length, equations, joints, H, step):
             break
         for joint in range(joints):
             q[joint] += step[joint]
+        for joint in range(joints):
+            if leads[joint] != joint:
+                q[joint] = chain.ratios[joint] * q[leads[joint]] + chain.offsets[joint]
     return left
 
 
@@ -218,11 +229,17 @@ def is_among(q: Array, known: Array, slides: NDArray[np.bool_], apart: float) ->
 
 @njit()
 def into_limits(q: Array, chain: LimbChain) -> bool:
-    """Turn each angle by whole turns into its limits, in place; False where one can't be."""
-    slides, lower, upper = chain.slides, chain.lower, chain.upper
+    """Turn each angle by whole turns into its limits, in place; False where one can't be.
+
+    Joints that follow others, and these, are not turned: a whole turn of one need not be one of the other.
+    """
+    slides, lower, upper, leads = chain.slides, chain.lower, chain.upper, chain.leads
     for joint in range(q.size):
         value = q[joint]
-        if not slides[joint]:
+        coupled = False
+        for other in range(q.size):
+            coupled |= leads[other] != other and (other == joint or leads[other] == joint)
+        if not slides[joint] and not coupled:
             value -= 2 * math.pi * math.floor((value - lower[joint] + LIMIT_SLACK) / (2 * math.pi))
         if not lower[joint] - LIMIT_SLACK <= value <= upper[joint] + LIMIT_SLACK:
             return False

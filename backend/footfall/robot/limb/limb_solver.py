@@ -9,6 +9,7 @@ from numpy.typing import ArrayLike, NDArray
 from footfall.core.arrays import Array
 from footfall.core.errors import InvalidInput
 from footfall.robot.limb import limb_kernel
+from footfall.robot.limb.coupling import Coupling
 from footfall.robot.limb.limb import Limb
 
 
@@ -26,11 +27,13 @@ class LimbSolutions:
 
 
 class LimbSolver(ABC):
-    """Solves one limb; the same limb gives the same answers."""
+    """Solves one limb; the same limb gives the same answers. coupling: which of its joints follow others of it."""
 
-    def __init__(self, limb: Limb) -> None:
+    def __init__(self, limb: Limb, coupling: Coupling | None = None) -> None:
         self.limb = limb
-        self._chain = limb_kernel.LimbChain(limb.placements, limb.axes, limb.slides, limb.lower, limb.upper)
+        self.coupling = Coupling.none(len(limb.names)) if coupling is None else coupling
+        follows = self.coupling.leads, self.coupling.ratios, self.coupling.offsets
+        self._chain = limb_kernel.LimbChain(limb.placements, limb.axes, limb.slides, limb.lower, limb.upper, *follows)
 
     def feet(self, q: ArrayLike) -> Array:
         """Poses T_base_foot (n, 4, 4) at postures (n, joints)."""
@@ -58,7 +61,7 @@ class LimbSolver(ABC):
 
     def _from(self, places: ArrayLike, q: ArrayLike) -> tuple[Array, Array]:
         """Places as poses, and as many postures to begin from."""
-        targets, postures = self._targets(places), self._postures(q).copy()
+        targets, postures = self._targets(places), self.coupling.followed(self._postures(q)).copy()
         if len(postures) != len(targets):
             raise InvalidInput(f"{len(targets)} places need as many postures to begin from, not {len(postures)}")
         return targets, postures

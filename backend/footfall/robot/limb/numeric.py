@@ -5,6 +5,7 @@ from numpy.typing import ArrayLike
 
 from footfall.core.arrays import Array
 from footfall.robot.limb import limb_kernel
+from footfall.robot.limb.coupling import Coupling
 from footfall.robot.limb.limb import Limb
 from footfall.robot.limb.limb_solver import LimbSolutions, LimbSolver
 
@@ -26,12 +27,12 @@ class NumericLimb(LimbSolver):
     limb with more joints than its place has numbers has no end of postures; some of them are answered.
     """
 
-    def __init__(self, limb: Limb) -> None:
-        super().__init__(limb)
+    def __init__(self, limb: Limb, coupling: Coupling | None = None) -> None:
+        super().__init__(limb, coupling)
         self._near = limb_kernel.Nearness(0.5 * limb.reach, limb.equations, TOLERANCE * limb.reach)
-        tried = TRIED if len(limb.names) > 3 else TRIED_OF_FEW
+        tried = TRIED if self.coupling.free.sum() > 3 else TRIED_OF_FEW
         rng = np.random.default_rng(0)
-        postures = rng.uniform(limb.lower, limb.upper, (SEEDS, len(limb.names)))
+        postures = self.coupling.followed(rng.uniform(limb.lower, limb.upper, (SEEDS, len(limb.names))))
         feet = self.feet(postures)
         places = np.hstack([feet[:, :3, 3], feet[:, :3, :3].reshape(SEEDS, 9)])
         self._seeds = limb_kernel.Seeds(postures, places, tried)

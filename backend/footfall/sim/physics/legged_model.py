@@ -65,6 +65,7 @@ def build_legged(robot: LeggedRobot, dem: Dem, settings: PhysicsSettings) -> Leg
     add_ground(spec, whole_ground(dem))
     stiffness = _stiffness(robot, settings)
     bodies = _bodies(spec, robot, stiffness)
+    _add_rods(spec, robot)
     near = robot.radii + NEAR_SOLE * robot.clearances["ground"]
     boxes = [
         robot.body_names[number]
@@ -105,6 +106,15 @@ def _bodies(spec: mujoco.MjSpec, robot: LeggedRobot, stiffness: Array) -> list[m
             carrier = bodies[robot.parents[1 + joint]]
             bodies.append(_moving(spec, carrier, robot, leg, number, float(stiffness[joint])))
     return bodies
+
+
+def _add_rods(spec: mujoco.MjSpec, robot: LeggedRobot) -> None:
+    """Joints that follow others are held to them."""
+    names, coupling = robot.joint_names, robot.coupling
+    for joint in np.flatnonzero(~coupling.free).tolist():
+        rod = spec.add_equality(name1=names[joint], name2=names[coupling.leads[joint]], type=mujoco.mjtEq.mjEQ_JOINT)
+        rod.objtype = mujoco.mjtObj.mjOBJ_JOINT
+        rod.data[:2], rod.solref = (coupling.offsets[joint], coupling.ratios[joint]), SOLREF
 
 
 def _add_soles(robot: LeggedRobot, bodies: list[mujoco.MjsBody]) -> None:
@@ -177,6 +187,8 @@ def _assumed(robot: LeggedRobot, boxes: list[str], overlapping: list[set[str]]) 
         f"motor and gear add inertia: {ARMATURE_TIME:g} s squared times the joint's stiffness",
         "convex hulls stand for shapes",
     ]
+    if robot.coupling.couples:
+        said.append("joints that follow others are held to them by stiff rods")
     if overlapping:
         pairs = sorted({" and ".join(sorted(pair)) for pair in overlapping})
         said.append(f"hulls that overlap where the shapes don't may pass through each other: {', '.join(pairs)}")
@@ -200,10 +212,12 @@ def _moving(
         name=name,
         type=mujoco.mjtJoint.mjJNT_SLIDE if limb.slides[number] else mujoco.mjtJoint.mjJNT_HINGE,
         axis=limb.axes[number],
-        armature=ARMATURE_TIME**2 * k,
+        armature=ARMATURE_TIME**2 * k if robot.coupling.free[joint] else 0.0,
     )
+    # the motor of a joint that follows another is its leader's
+    own = k if robot.coupling.free[joint] else 0.0
     servo = spec.add_actuator(name=name, target=name, trntype=mujoco.mjtTrn.mjTRN_JOINT)
-    servo.set_to_position(kp=k, kv=DAMPING_TIME * k)
+    servo.set_to_position(kp=own, kv=DAMPING_TIME * own)
     return body
 
 
