@@ -217,6 +217,13 @@ def test_what_follows_a_leg_beside_its_chain_is_told(tmp_path):
     assert "l0_rod" not in load_legged(path).joint_names
 
 
+@pytest.mark.parametrize("legs", [3, 4])
+def test_three_legs_are_told_not_to_walk(tmp_path, legs):
+    told = [one for one in examine(written(tmp_path, ring(legs))) if one.check_name == "walking"]
+    assert [one.grade for one in told] == [DOUBTFUL if legs == 3 else GOOD]
+    assert ("it stands on 3 legs, and none of them can be lifted" in told[0].text) == (legs == 3)
+
+
 def test_a_leg_whose_name_is_another_number_is_told(tmp_path):
     path = proposed(tmp_path, ring(4))
     assert [one.grade for one in examine(path) if one.check_name == "legs"] == [GOOD]

@@ -8,7 +8,7 @@ from footfall.robot.legged.able_to_walk import why_unable
 from footfall.robot.legged.finding import Finding, doubtful, good, unusable
 from footfall.robot.legged.groups import leg_mass, part_lengths
 from footfall.robot.legged.judge_tree import kilograms, least_distance
-from footfall.robot.legged.legged_model import LegChain, LeggedModel
+from footfall.robot.legged.legged_model import FEWEST_LEGS, LegChain, LeggedModel
 from footfall.robot.legged.touching import body_mesh
 from footfall.robot.legged.tree import RobotTree
 
@@ -132,6 +132,9 @@ def _followers(model: LeggedModel) -> Iterator[Finding]:
 
 
 def _unable(model: LeggedModel) -> Iterator[Finding]:
+    if len(model.legs) == FEWEST_LEGS:
+        text = f"it stands on {FEWEST_LEGS} legs, and none of them can be lifted: a robot that walks has four or more"
+        yield doubtful("walking", model.tree.root, text)
     for leg in model.legs:
         if reason := why_unable(model.tree, leg):
             yield doubtful("walking", leg.name, f"FootFall can't walk with it: {reason}")
