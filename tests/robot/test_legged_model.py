@@ -1,5 +1,7 @@
 """Legs, feet and groups that are found in a robot's tree."""
 
+import re
+
 import numpy as np
 import pytest
 import trimesh
@@ -9,13 +11,16 @@ from hypothesis import strategies as st
 from footfall.core.errors import InvalidRobot
 from footfall.core.frames import rotation_rpy, transform
 from footfall.core.mesh import Mesh
+from footfall.io.urdf.proposed import read_proposed
 from footfall.io.urdf.read import read_urdf
 from footfall.robot.legged.find_legs import legged_model
 from footfall.robot.legged.soles import sole_of
 from footfall.robot.legged.touching import touching
 from footfall.robot.legged.tree import RobotTree, TreeJoint, TreeLink, TreeShape
+from tests.support.command_line import run
 from tests.support.robot_data import OTHERS, QUADRUPEDS, described
 from tests.support.urdf import FOOT, LIMIT, joint, leg, link, quadruped, written
+from tests.support.walkers import ring
 
 DOWN = np.array([0.0, 0.0, -1.0])
 angles = st.floats(-3.0, 3.0)
@@ -173,6 +178,23 @@ def test_a_root_on_the_ground_is_told(tmp_path, up):
     else:
         with pytest.raises(InvalidRobot, match=f"it does not reach below the base; {told}"):
             legged_model(tree)
+
+
+def test_legs_that_zero_stretches_out_above_the_base_are_found_hanging(tmp_path):
+    """As of spiders whose frame lies at the belly: they are refused with what to do, and then the same legs."""
+    known = legged_model(read_urdf(written(tmp_path, ring(6))))
+    text = ring(6).replace('lower="0.3" upper="2.6"', 'lower="-1.3" upper="2.6"')
+    path = written(tmp_path, re.sub(r'(child link="l\d_coxa"/><origin xyz="\S+ \S+) 0"', r'\1 0.05"', text))
+    with pytest.raises(InvalidRobot, match=r"0\.\d\d m below it as low as they let it: .*robot init --hanging"):
+        legged_model(read_urdf(path))
+    model = legged_model(read_urdf(path), hanging=True)
+    assert model.left_out == {}
+    assert [(one.name, one.joints, one.foot, one.sole.kind) for one in model.legs] == [
+        (one.name, one.joints, one.foot, one.sole.kind) for one in known.legs
+    ]
+    out = tmp_path / "hanging.toml"
+    run("robot", "init", path, "--hanging", "--out", out)
+    assert [leg.name for leg in read_proposed(out).model.legs] == [one.name for one in known.legs]
 
 
 def test_a_number_in_a_name_is_the_legs_own_or_none(tmp_path):

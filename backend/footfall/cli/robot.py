@@ -26,6 +26,9 @@ def init(
         int, typer.Option(help="Postures in which collisions are looked for.", min=1, max=100_000)
     ] = 200,
     seed: Annotated[int, typer.Option(help="Same seed, same postures.", min=0)] = 0,
+    hanging: Annotated[
+        bool, typer.Option("--hanging", help="Judge limbs where their ends hang lowest: legs that zero stretches out.")
+    ] = False,
     force: Annotated[bool, typer.Option("--force", help="Write over a file that is there.")] = False,
     as_json: Json = False,
 ) -> None:
@@ -43,7 +46,7 @@ def init(
     folders = packages or []
     with bar("robot") as progress:
         progress(0.1, "reading")
-        model = legged_model(read_urdf(urdf, folders))
+        model = legged_model(read_urdf(urdf, folders), hanging)
         progress(0.3, "collisions")
         found = touching(model.tree, samples, seed)
     write_whole(target, proposal(model, urdf, target, found, folders).encode())

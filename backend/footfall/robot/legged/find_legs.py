@@ -1,6 +1,6 @@
 """Which limbs of a robot's tree are legs, told from arms, sensors and hands by how the tree hangs and where it ends."""
 
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 
 import numpy as np
@@ -11,6 +11,7 @@ from footfall.core.frames import apply, inverse
 from footfall.robot.legged.groups import grouped
 from footfall.robot.legged.legged_model import LegChain, LeggedModel, Sole
 from footfall.robot.legged.soles import sole_of
+from footfall.robot.legged.touching import sampled
 from footfall.robot.legged.tree import RobotTree, TreeJoint, TreeLink
 
 HIGH = 0.3
@@ -18,6 +19,8 @@ HIGH = 0.3
 DOUBTFUL = 0.15
 AT_FOOT = 0.5
 """Of how far a leg's last body reaches: a shape that ends nearer to the joint is a part of the shank, no foot."""
+DRAWN, SEED = 200, 0
+"""Postures in which is looked how low a limb gets."""
 
 
 @dataclass(frozen=True)
@@ -33,13 +36,27 @@ class _Limb:
     begins: float
 
 
-def legged_model(tree: RobotTree) -> LeggedModel:
+def legged_model(tree: RobotTree, hanging: bool = False) -> LeggedModel:
     """Base, legs, feet and groups of a robot.
 
-    Raises InvalidRobot for fewer than three legs or more than twelve, saying of every other limb why it is none.
+    Args:
+        tree: its links and joints.
+        hanging: whether each limb is judged where its joints let its end hang lowest, of DRAWN postures; else in the
+            posture in the middle.
+
+    Returns:
+        The robot with its legs.
+
+    Raises:
+        InvalidRobot: there are fewer than three legs or more than twelve; of every other limb it says why it is none.
     """
     Ts_root_link = tree.poses(tree.neutral())
     limbs = [_limb(tree, joint, Ts_root_link) for joint in tree.joints if joint.moves and _carried_by_base(tree, joint)]
+    lowest = [Ts_root_link] * len(limbs)
+    if hanging or all(limb.lowest >= 0 for limb in limbs):
+        lowest = _lowest_of_drawn(tree, limbs)
+    if hanging:
+        limbs = [_limb(tree, limb.joints[0], Ts) for limb, Ts in zip(limbs, lowest, strict=True)]
     if not limbs:
         raise InvalidRobot(f"{tree.name} has no joint that moves, so no legs; a legged robot needs 3 to 12")
     chains = [limb for limb in limbs if _why_not(limb) == ""]
@@ -47,11 +64,17 @@ def legged_model(tree: RobotTree) -> LeggedModel:
     height = max(-ground, 1e-9)  # of the root's frame
     legs: list[LegChain] = []
     left_out: dict[str, str] = {}
-    for limb in limbs:
+    for limb, Ts in zip(limbs, lowest, strict=True):
         above = (limb.lowest - ground) / height
         why = _why_not(limb)
         if not why and ground >= 0:
             why = "it does not reach below the base"
+            down = _lowest(tree, limb.joints[-1].child, Ts)
+            if -down > max(limb.begins, 0.0):
+                why += (
+                    f" with its joints in the middle, and {-down:z.2f} m below it as low as they let it: "
+                    "where it is a leg, footfall robot init --hanging takes it so"
+                )
         elif not why and above > HIGH:
             why = f"its end stays {limb.lowest - ground:z.2f} m above the lowest"
         doubt = f"its end is {limb.lowest - ground:z.3f} m above the lowest foot" if above > DOUBTFUL else ""
@@ -64,7 +87,7 @@ def legged_model(tree: RobotTree) -> LeggedModel:
         if why:
             left_out[f"{limb.joints[0].name} … {limb.joints[-1].name}"] = "; ".join(filter(None, (why, low)))
             continue
-        legs.append(_leg(tree, limb, Ts_root_link, "; ".join(filter(None, (doubt, low)))))
+        legs.append(_leg(tree, limb, Ts, "; ".join(filter(None, (doubt, low)))))
     return LeggedModel(tree, tree.root, grouped(tree, _named(legs)), left_out)
 
 
@@ -138,6 +161,13 @@ def _limb(tree: RobotTree, first: TreeJoint, Ts_root_link: dict[str, Array]) -> 
         joints.append(max(onward, key=lambda joint: _length(tree, joint)))
     lowest = _lowest(tree, joints[-1].child, Ts_root_link)
     return _Limb(tuple(joints), forks, lowest, float(Ts_root_link[first.child][2, 3]))
+
+
+def _lowest_of_drawn(tree: RobotTree, limbs: Sequence[_Limb]) -> list[dict[str, Array]]:
+    """Of each limb link → pose, (4, 4), in the drawn posture in which its last body lies lowest."""
+    rng = np.random.default_rng(SEED)
+    drawn = [tree.poses(sampled(tree, rng)) for _ in range(DRAWN)]
+    return [min(drawn, key=lambda Ts, end=limb.joints[-1].child: _lowest(tree, end, Ts)) for limb in limbs]
 
 
 def _length(tree: RobotTree, joint: TreeJoint) -> int:
