@@ -1,10 +1,14 @@
 """The compiled simplex against HiGHS on random, degenerate, infeasible and unbounded programs."""
 
+from pathlib import Path
+
 import numpy as np
 import pytest
 from scipy.optimize import linprog
 
+from footfall.balance.cones import facets
 from footfall.balance.simplex import INFEASIBLE, OPTIMAL, UNBOUNDED, improve, prices, start
+from footfall.balance.torque_kernel import least_ratio
 
 
 class Program:
@@ -102,6 +106,40 @@ def test_the_program_that_cycles_with_dantzig_s_rule():
     status, found = program.maximise(cost)
     assert status == OPTIMAL
     assert np.dot(cost, found) == pytest.approx(1.25)
+
+
+def test_bounds_that_all_but_meet_are_solved():
+    """Torques of a rover on level ground, 4200 km from the origin: feet are alike but for the rounding of places."""
+    with np.load(Path(__file__).with_name("level_far_away.npz")) as one:
+        arms, effect, constant = one["arms"], one["effect"], one["constant"]
+    faces = facets(np.tile([0.0, 0.0, 1.0], (len(arms), 1)), 0.2, 8)
+
+    status, ratio = least_ratio(arms, faces, effect, constant, np.empty(arms.shape))
+
+    assert status == OPTIMAL
+    assert ratio == pytest.approx(_ratio_by_highs(arms, faces, effect, constant), abs=1e-8)
+
+
+def _ratio_by_highs(arms, faces, effect, constant):
+    """Over the forces themselves: of each foot in turn, and the ratio last."""
+    feet = len(arms)
+    shares, inside = np.zeros((6 * feet, 3 * feet)), np.zeros((faces.shape[1] * feet, 3 * feet))
+    for foot in range(feet):
+        own = slice(3 * foot, 3 * foot + 3)
+        shares[6 * foot : 6 * foot + 6, own] = effect[foot]
+        inside[faces.shape[1] * foot : faces.shape[1] * (foot + 1), own] = faces[foot]
+    ones = np.ones((len(shares), 1))
+    balance = np.hstack([np.vstack([np.eye(3), np.cross(arm, np.eye(3), axisb=0).T]) for arm in arms])
+    found = linprog(
+        np.append(np.zeros(3 * feet), 1.0),
+        A_ub=np.block([[shares, -ones], [-shares, -ones], [-inside, np.zeros((len(inside), 1))]]),
+        b_ub=np.concatenate([-constant.ravel(), constant.ravel(), np.zeros(len(inside))]),
+        A_eq=np.hstack([balance, np.zeros((6, 1))]),
+        b_eq=[0.0, 0.0, 1.0, 0.0, 0.0, 0.0],
+        bounds=(None, None),
+        method="highs",
+    )
+    return found.fun
 
 
 def test_a_redundant_row_does_no_harm(rng):

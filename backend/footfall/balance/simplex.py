@@ -12,6 +12,10 @@ The caller owns all arrays (m rows, n columns):
 
 Dantzig's rule, and Bland's where the value stands still, which can't cycle.
 
+Where many bounds meet, as on level ground, pivots can be so small that the inverse is lost to rounding: a column enters
+twice, or the search ends where the value is not the largest. So no answer is given that its certificate does not bear
+out (:func:`_sound`); where it does not, all is done anew with larger pivots and an inverse that is computed at each.
+
 References:
 ----------
 G. B. Dantzig, "Linear Programming and Extensions", 1963, chapter 9.
@@ -36,6 +40,10 @@ _STANDSTILL = 20
 """Pivots without progress after which Bland's rule takes over until there is some."""
 _FRESH = 40
 """Pivots after which the inverse is computed anew."""
+_CAREFUL_PIVOT = 1e-7
+"""Smallest pivot where rounding has spoilt the first answer; then the inverse is computed anew after each."""
+_SOUND = 1e-6
+"""What the certificate of an answer may be off, of numbers about 1."""
 
 
 @njit()
@@ -51,26 +59,19 @@ def start(columns, rhs, basis, inverse, values, work):
         or work.size < n + 2 * m
     ):
         raise ValueError("the arrays of the simplex don't fit each other")
-    for i in range(m):
-        basis[i] = n + i
-        values[i] = rhs[i]
-        for r in range(m):
-            inverse[i, r] = 1.0 if i == r else 0.0
-    status = _pivot_on(columns, rhs, values, True, basis, inverse, values, work)
-    if status != OPTIMAL:
-        return UNFINISHED
-    left = 0.0
-    for i in range(m):
-        if basis[i] >= n:
-            left += values[i]
-            values[i] = 0.0
-    return OPTIMAL if left <= _FEASIBLE else INFEASIBLE
+    status = _first_basis(columns, rhs, basis, inverse, values, work, False)
+    return _first_basis(columns, rhs, basis, inverse, values, work, True) if status == UNFINISHED else status
 
 
 @njit()
 def improve(columns, rhs, cost, basis, inverse, values, work):
     """Maximise from a feasible basis: OPTIMAL, UNBOUNDED or UNFINISHED. cost: (n,)."""
-    return _pivot_on(columns, rhs, cost, False, basis, inverse, values, work)
+    status = _pivot_on(columns, rhs, cost, False, basis, inverse, values, work, False)
+    if status != UNFINISHED:
+        return status
+    if _first_basis(columns, rhs, basis, inverse, values, work, True) != OPTIMAL:
+        return UNFINISHED
+    return _pivot_on(columns, rhs, cost, False, basis, inverse, values, work, True)
 
 
 @njit()
@@ -86,23 +87,45 @@ def prices(columns, cost, basis, inverse, out):
 
 
 @njit()
-def _pivot_on(columns, rhs, cost, first_phase, basis, inverse, values, work):
+def _first_basis(columns, rhs, basis, inverse, values, work, careful):
+    m, n = columns.shape
+    for i in range(m):
+        basis[i] = n + i
+        values[i] = rhs[i]
+        for r in range(m):
+            inverse[i, r] = 1.0 if i == r else 0.0
+    status = _pivot_on(columns, rhs, values, True, basis, inverse, values, work, careful)
+    if status != OPTIMAL:
+        return UNFINISHED
+    left = 0.0
+    for i in range(m):
+        if basis[i] >= n:
+            left += values[i]
+            values[i] = 0.0
+    return OPTIMAL if left <= _FEASIBLE else INFEASIBLE
+
+
+@njit()
+def _pivot_on(columns, rhs, cost, first_phase, basis, inverse, values, work, careful):
+    """As :func:`improve`; UNFINISHED also where the answer is not sound. first_phase: cost is that of the start."""
     m, n = columns.shape
     dual, entering_column = n, n + m
+    smallest, fresh = (_CAREFUL_PIVOT, 1) if careful else (_PIVOT, _FRESH)
     since_fresh = still = 0
     for _ in range(_MOST_PIVOTS):
         bland = still > _STANDSTILL
         entering = _entering(columns, cost, first_phase, basis, inverse, work, dual, bland)
         if entering < 0:
-            return OPTIMAL
+            return OPTIMAL if _sound(columns, rhs, cost, first_phase, basis, values, work, dual) else UNFINISHED
         for i in range(m):
             total = 0.0
             for r in range(m):
                 total += inverse[i, r] * columns[r, entering]
             work[entering_column + i] = total
-        leaving = _leaving(n, first_phase, basis, values, work, entering_column, bland)
+        leaving = _leaving(n, first_phase, basis, values, work, entering_column, bland, smallest)
         if leaving < 0:
-            return UNBOUNDED
+            ray = work[entering_column : entering_column + m]
+            return UNBOUNDED if _off(columns, columns[:, entering], basis, ray) <= _SOUND else UNFINISHED
         pivot = work[entering_column + leaving]
         step = values[leaving] / pivot
         still = still + 1 if abs(step) <= _TIE else 0
@@ -118,10 +141,43 @@ def _pivot_on(columns, rhs, cost, first_phase, basis, inverse, values, work):
         values[leaving] = max(0.0, step)
         basis[leaving] = entering
         since_fresh += 1
-        if since_fresh == _FRESH:
+        if since_fresh == fresh:
             since_fresh = 0
             _refresh(columns, rhs, basis, inverse, values)
     return UNFINISHED
+
+
+@njit()
+def _sound(columns, rhs, cost, first_phase, basis, values, work, dual):
+    """Whether a basis at which no column gains is the best there is.
+
+    Its values have to fulfil the rows, and be worth what the prices ``work[dual:]`` say, which no others exceed.
+    """
+    m, n = columns.shape
+    worth = bound = 0.0
+    for i in range(m):
+        bound += work[dual + i] * rhs[i]
+        if basis[i] >= n:
+            worth -= values[i] if first_phase else 0.0
+        elif not first_phase:
+            worth += cost[basis[i]] * values[i]
+    return abs(worth - bound) <= _SOUND * (1.0 + abs(bound)) and _off(columns, rhs, basis, values) <= _SOUND
+
+
+@njit()
+def _off(columns, wanted, basis, values):
+    """The most by which the columns of a basis, taken so often, miss what is wanted (m,)."""
+    m, n = columns.shape
+    most = 0.0
+    for r in range(m):
+        total = -wanted[r]
+        for i in range(m):
+            if basis[i] < n:
+                total += columns[r, basis[i]] * values[i]
+            elif basis[i] - n == r:
+                total += values[i]
+        most = max(most, abs(total))
+    return most
 
 
 @njit()
@@ -153,24 +209,24 @@ def _entering(columns, cost, first_phase, basis, inverse, work, dual, bland):
 
 
 @njit()
-def _leaving(n, first_phase, basis, values, work, at, bland):
-    """The row whose variable reaches zero first, or −1 where none does.
+def _leaving(n, first_phase, basis, values, work, at, bland, smallest):
+    """The row whose variable reaches zero first, or −1 where none does. smallest: pivot that is taken.
 
     After the first phase an artificial variable must stay at zero, so it leaves as soon as it would change.
     """
     m = basis.size
     if not first_phase:
         for i in range(m):
-            if basis[i] >= n and abs(work[at + i]) > _PIVOT:
+            if basis[i] >= n and abs(work[at + i]) > smallest:
                 return i
     least = np.inf
     for i in range(m):
-        if work[at + i] > _PIVOT:
+        if work[at + i] > smallest:
             least = min(least, values[i] / work[at + i])
     leaving = -1
     for i in range(m):
         share = work[at + i]
-        if share > _PIVOT and values[i] / share <= least + _TIE:
+        if share > smallest and values[i] / share <= least + _TIE:
             if leaving < 0:
                 leaving = i
             elif bland:
