@@ -28,7 +28,7 @@ from footfall.telemetry.link import CommandMessage
 from footfall.telemetry.state import RobotState
 from footfall.terrain.dem import Dem
 from training.choosers import LEARNED, NAMES, chooser
-from training.command import add_who_makes, exit_code
+from training.command import add_who_makes, as_many_as, exit_code, length
 from training.finished import Finished, Item, completed
 from training.gait_policy import what_rollouts_are_of
 from training.grounds import UNSEEN, ground
@@ -135,8 +135,8 @@ def _tell(text: str) -> None:
 def main() -> int:
     parser = argparse.ArgumentParser(description=__doc__)
     parser.add_argument("policy", type=Path, help="file that training.gait_policy wrote")
-    parser.add_argument("--routes", type=int, default=16)
-    parser.add_argument("--metres", type=float, default=6.0, help="of each")
+    parser.add_argument("--routes", type=as_many_as(UNSEEN), default=16)
+    parser.add_argument("--metres", type=length, default=6.0, help="of each")
     parser.add_argument("--chosen-by", choices=NAMES, default=LEARNED)
     parser.add_argument("--gravity", choices=tuple(GRAVITIES), default="earth", help="of the world in physics")
     add_who_makes(parser)

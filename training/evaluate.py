@@ -16,7 +16,7 @@ from footfall.planning.choice.policy import GaitPolicy
 from footfall.planning.choice.reward import reward
 from footfall.terrain.dem import Dem
 from training.choosers import LEARNED, NAMES, chooser
-from training.command import add_who_makes, exit_code
+from training.command import add_who_makes, as_many_as, exit_code, length
 from training.finished import Finished, Item, completed
 from training.gait_policy import what_rollouts_are_of
 from training.grounds import UNSEEN, family
@@ -71,8 +71,8 @@ def _tell(text: str) -> None:
 def main() -> int:
     parser = argparse.ArgumentParser(description=__doc__)
     parser.add_argument("policy", type=Path, help="file that training.gait_policy wrote")
-    parser.add_argument("--routes", type=int, default=200)
-    parser.add_argument("--metres", type=float, default=METRES, help="of each")
+    parser.add_argument("--routes", type=as_many_as(UNSEEN), default=200)
+    parser.add_argument("--metres", type=length, default=METRES, help="of each")
     parser.add_argument("--map", type=Path, help="terrain file that the routes go over; made ground where none is said")
     add_who_makes(parser)
     parser.add_argument("--finished", type=Path, help="file of finished routes; default: beside the policy")

@@ -20,7 +20,7 @@ from footfall.planning.choice.mdp import SeenTransition
 from footfall.planning.choice.policy import GaitPolicy, learned
 from footfall.planning.choice.reward import reward
 from footfall.planning.choice.state import StateSpace
-from training.command import add_who_makes, exit_code
+from training.command import add_who_makes, as_many_as, exit_code, length
 from training.finished import Finished, Item, completed
 from training.grounds import LEARNED
 from training.intervals import in_words, ratio, share
@@ -104,8 +104,8 @@ def _tell(text: str) -> None:
 
 def main() -> int:
     parser = argparse.ArgumentParser(description=__doc__)
-    parser.add_argument("--seeds", type=int, default=200, help="how many routes")
-    parser.add_argument("--metres", type=float, default=METRES, help="of each")
+    parser.add_argument("--seeds", type=as_many_as(LEARNED), default=200, help="how many routes")
+    parser.add_argument("--metres", type=length, default=METRES, help="of each")
     parser.add_argument("--aside", action="store_true", help="let it choose to go aside too; of the same routes")
     add_who_makes(parser)
     parser.add_argument("--out", type=Path, required=True, help="file of the table")
