@@ -153,8 +153,7 @@ def statics_of(robot: LeggedRobot, q: Array, R_site_base: Array) -> tuple[Array,
 
     Returns:
         Efforts (joints,) that hold the legs' own weight in the air [N·m or N], of a joint also what followers of it
-        bear; axes and origins of the joints,
-        (joints, 3), and the centre of mass, (3,), in base [m].
+        bear; axes and origins of the joints, (joints, 3), and the centre of mass, (3,), in base [m].
     """
     down = -GRAVITY * R_site_base[2]
     own_axes = np.concatenate([robot.limbs[leg].limb.axes for leg in robot.legs])

@@ -14,7 +14,6 @@ import { kept } from "./conn.js";
 import { verdictOf } from "./outcome.js";
 import { toldApart } from "./sessions.js";
 
-
 const STOP_PATIENCE = 3000; // ms
 const STOP_AGAIN = 500; // ms
 

@@ -64,7 +64,7 @@ class WholeCheck:
         self.robot, self.dem, self.settings, self.apart = robot, dem, settings, apart
         self.surfaces = Surfaces(robot)
         self._sliding = frozenset(robot.layout.sliding)
-        self._leaders = {
+        self._followers = {
             f"{robot.joint_names[at]} away from where {robot.joint_names[robot.coupling.leads[at]]} has it": at
             for at in np.flatnonzero(~robot.coupling.free).tolist()
         }
@@ -91,13 +91,14 @@ class WholeCheck:
 
     def unit(self, name: str, where: str) -> str:
         """Of a check's margin; ``where`` of limits is a joint."""
-        joint = self.robot.joint_names[self._leaders[where]] if where in self._leaders else where
+        joint = self.robot.joint_names[self._followers[where]] if where in self._followers else where
         return "m" if name == "limits" and joint in self._sliding else UNITS[name]
 
     def _limits(self, q: Array, T_site_base: Array, feet: Feet, where: Placed) -> tuple[float, str]:
         spare = np.minimum(q - self.robot.lower, self.robot.upper - q) - LIMIT_RESERVE
-        for away, joint in self._leaders.items():
-            off = abs(float(q[joint] - self.robot.coupling.followed(q)[joint]))
+        followed = self.robot.coupling.followed(q)
+        for away, joint in self._followers.items():
+            off = abs(float(q[joint] - followed[joint]))
             if off > FOLLOWS:
                 return FOLLOWS - off, away
         at = int(np.argmin(spare))

@@ -53,7 +53,8 @@ class _Trees:
         start, goal = (vector_of(np.ascontiguousarray(T[:3])) for T in (at.T_site_base, T_site_base))
         goal[5] = start[5] + (goal[5] - start[5] + np.pi) % (2.0 * np.pi) - np.pi
         self._vectors, self._parents, self._postures = [start, goal], [-1, -1], {_START: at.posture}
-        self._ways: dict[tuple[int, int], BodyWay] = {}
+        # None: blocked, as the straight way from start to goal is
+        self._ways: dict[tuple[int, int], BodyWay | None] = {(_START, _GOAL): None}
 
     def way(self) -> BodyWay | None:
         """From start to goal, as straight as it gets; None where no draw led there."""
@@ -128,9 +129,7 @@ class _Trees:
         if (before, after) not in self._ways:
             T_before, T_after = self._pose(before), self._pose(after)
             found = straight_way(self._checks, At(self._at.stance, T_before, self._postures[before]), T_after)
-            if isinstance(found, Fails):
-                return None
-            self._ways[before, after] = found
+            self._ways[before, after] = None if isinstance(found, Fails) else found
         return self._ways[before, after]
 
     def _pose(self, milestone: int) -> Array:
